@@ -197,7 +197,7 @@ double kt_chain_difference(const double *x, const double *y, const double *scale
 
 kt_status kt_chain_make_derivatives(kt_chain *c, kt_error *error) {
     const size_t numbers = (size_t)c->n * (size_t)c->n;
-    c->work_size = kt_derivative_work_size(c->model);
+    c->work_size = kt_dynamics_work_size(c->model);
     c->work = aligned_alloc(KT_ALIGNMENT, c->work_size);
     c->da_dq = malloc(numbers * sizeof *c->da_dq);
     c->da_dv = malloc(numbers * sizeof *c->da_dv);

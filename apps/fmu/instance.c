@@ -109,7 +109,7 @@ static kt_status compile_scene(kt_fmu *fmu, kt_error *error) {
     kt_model_options options = kt_model_options_default();
     options.metric = fmu->scene.run.metric;
     options.plan = fmu->scene.run.plan;
-    options.settable = kt_scene_sets(&fmu->scene) || fmu->tunables.count > 0 || fmu->signals.count > 0;
+    options.settable = kt_scene_needs_settable(&fmu->scene) || fmu->tunables.count > 0 || fmu->signals.count > 0;
     kt_status status = kt_model_compile(&fmu->scene.description, &options, &fmu->model, error);
     if (status == KT_OK)
         status = kt_fmu_bind_signals(fmu, 0.0, error);

@@ -23,7 +23,7 @@ void kt_fmu_find_roles(const char *text, size_t size, const kt_scene *scene, kt_
         if (kt_scene_is_tunable(&other) && roles[k] == KT_FMU_FIXED)
             roles[k] = KT_FMU_TUNABLE;
         for (int i = 0; i < scene->parameter_count; i++)
-            if (kt_scene_follows(&other, i))
+            if (kt_scene_parameter_follows(&other, i))
                 roles[i] = KT_FMU_FOLLOWS_FIXED;
         kt_scene_free(&other);
     }
@@ -31,7 +31,7 @@ void kt_fmu_find_roles(const char *text, size_t size, const kt_scene *scene, kt_
         if (roles[k] != KT_FMU_TUNABLE || !read_with_variable(text, size, scene, k, &other))
             continue;
         for (int i = 0; i < scene->parameter_count; i++)
-            if (kt_scene_follows(&other, i))
+            if (kt_scene_parameter_follows(&other, i))
                 roles[i] = KT_FMU_FOLLOWS_TUNABLE;
         kt_scene_free(&other);
     }

@@ -55,7 +55,7 @@ static bool open_limits(limits *l, const char *scene, kt_isa isa) {
     const size_t nv = (size_t)l->e.nv;
     l->tau = calloc(nv + 1, sizeof *l->tau);
     l->out = calloc(3 * nv * nv + nv + 1, sizeof *l->out);
-    l->work_size = (kt_derivative_work_size(l->e.model) + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT;
+    l->work_size = (kt_dynamics_work_size(l->e.model) + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT;
     l->work = l->work_size > 0 ? aligned_alloc(KT_ALIGNMENT, l->work_size) : NULL;
     return l->tau != NULL && l->out != NULL && (l->work != NULL || l->work_size == 0) && open_batch(l);
 }

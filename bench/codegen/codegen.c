@@ -233,7 +233,7 @@ static bool load_subject(subject *s) {
     if (status != KT_OK || kt_model_nv(s->model) > NV_MOST)
         return kt_bench_tell(&error) == KT_BENCH_DONE;
     const bool steps = s->bar[STEP] > 0.0;
-    s->work_size = steps ? kt_step_work_size(s->model, kt_method_find("rk4")) : kt_derivative_work_size(s->model);
+    s->work_size = steps ? kt_step_work_size(s->model, kt_method_find("rk4")) : kt_dynamics_work_size(s->model);
     s->work = aligned_alloc(KT_ALIGNMENT, (s->work_size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
     if (s->work == NULL)
         return false;

@@ -542,7 +542,7 @@ bool kt_events_run(kt_events_watch *watch, const kt_scene *scene, kt_recorder *s
     kt_error error = {0};
     kt_model *model = NULL;
     kt_model_options options = kt_model_options_default();
-    options.settable = kt_scene_sets(scene);
+    options.settable = kt_scene_needs_settable(scene);
     kt_status status = kt_model_compile(&scene->description, &options, &model, &error);
     if (status == KT_OK)
         status = run(watch, scene, model, see, user, &error);

@@ -141,7 +141,7 @@ static kt_status measure(steps *s, bool closed, const kt_bench_options *options,
     s->step = (kt_step){.method = method, .h = 1e-4, .tau = s->tau};
     s->rollout = (kt_rollout){.method = method, .h = s->step.h, .steps = STEPS};
     s->size = kt_rollout_work_size(s->model, &s->rollout);
-    s->derived_size = closed ? kt_acceleration_work_size(s->model) : kt_derivative_work_size(s->model);
+    s->derived_size = closed ? kt_acceleration_work_size(s->model) : kt_dynamics_work_size(s->model);
     s->work = aligned_alloc(KT_ALIGNMENT, s->size);
     s->derived = aligned_alloc(KT_ALIGNMENT, s->derived_size);
     double *numbers = malloc((4 * v + 6 * v * v + 2 * STEPS * v) * sizeof *numbers);

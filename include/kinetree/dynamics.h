@@ -112,7 +112,7 @@ KT_API void kt_mass_factor_diagonal(const kt_mass_factor *factor, double *d);
  * origin of the body frame. The derivatives are analytic, by recursion, exact to rounding errors, without finite
  * differences.
  *
- * work: the caller's memory of work_size >= kt_derivative_work_size bytes at KT_ALIGNMENT, used during the call only.
+ * work: the caller's memory of work_size >= kt_dynamics_work_size bytes at KT_ALIGNMENT, used during the call only.
  * The size is some 24 nv (nv + 125) bytes.
  *
  * Errors: KT_ERROR_MEMORY if work is too small or not aligned. Other errors are those of kt_dynamics_inverse and
@@ -121,7 +121,7 @@ KT_API void kt_mass_factor_diagonal(const kt_mass_factor *factor, double *d);
  * Sources:
  *   Carpentier, Mansard, Analytical derivatives of rigid body dynamics algorithms (RSS 2018).
  *   Singh, Russell, Wensing, IEEE Robotics and Automation Letters 7(2), 2022. */
-KT_API size_t kt_derivative_work_size(const kt_model *model);
+KT_API size_t kt_dynamics_work_size(const kt_model *model);
 
 /* Computes the derivatives of tau (q, v, a): dtau_dq and dtau_dv. The derivative dtau/da is kt_dynamics_mass. v, a and
  * external may be NULL, as for kt_dynamics_inverse. O(nv depth) operations besides clearing and copying the matrices.

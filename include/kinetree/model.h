@@ -195,7 +195,7 @@ KT_API kt_coordinates kt_body_coordinates(const kt_model *model, int body);
 /* Returns the body whose joint has the velocity coordinate v. Coordinates are counted as columns of Jacobians and mass
  * matrices. The result satisfies 0 <= v - kt_body_coordinates(...).v < nv. Returns -1 unless 0 <= v < kt_model_nv.
  * Cost: O(log bodies). */
-KT_API int kt_body_of_velocity(const kt_model *model, int v);
+KT_API int kt_velocity_body(const kt_model *model, int v);
 
 /* Return the markers of a body, in the order of the description: their number, names, origins (m) and axes. The
  * function kt_marker_find returns the index of a marker, or -1 if there is no marker with this name. The function

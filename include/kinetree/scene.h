@@ -248,7 +248,7 @@ KT_API bool kt_scene_is_tunable(const kt_scene *scene);
 /* Returns whether the k-th parameter of a scene is computed from its variables. Returns false for NULL and without
  * variables.
  * Cost: O(numbers that follow). */
-KT_API bool kt_scene_follows(const kt_scene *scene, int k);
+KT_API bool kt_scene_parameter_follows(const kt_scene *scene, int k);
 
 /* Adds the position in the file to a fault that is found after reading. The text error->where, "body 'crank'",
  * "loop 'close'" or "initial.from", becomes "FILE:LINE:COLUMN", and the former text begins the message. Returns false
@@ -307,7 +307,7 @@ KT_API int kt_scene_event_room(const kt_scene *scene);
 
 /* Returns whether events set parameters, states or places (`engage_here`). If so, the model must be settable or a copy.
  * Cost: O(events). */
-KT_API bool kt_scene_sets(const kt_scene *scene);
+KT_API bool kt_scene_needs_settable(const kt_scene *scene);
 
 /* Returns whether the auxiliary state of this name holds a number of the position of a foothold (`engage_here`). Such
  * states have the rate 0, and the scene file does not list them.
@@ -326,15 +326,15 @@ KT_API uint64_t kt_scene_event_sum(const kt_scene *scene, const kt_scene_event *
  * Ownership: *watch holds the formulas. *watch, the model and `calls` must outlive the simulation; kt_scene_watch_free
  * releases *watch. The scene may be released earlier.
  * Errors: KT_ERROR_MODEL (a body is not in the model). KT_ERROR_SCENE for a faulty formula, or for a call that is not
- * among `calls`. If call_count is -1, calls are omitted. KT_ERROR_MEMORY. KT_ERROR_ARGUMENT (kt_scene_sets, and the
- * model is immutable).
+ * among `calls`. If call_count is -1, calls are omitted. KT_ERROR_MEMORY. KT_ERROR_ARGUMENT (kt_scene_needs_settable,
+ * and the model is immutable).
  * Cost: O(events * (variables + bodies)). */
 KT_API KT_CHECKED kt_status kt_scene_watch_create(const kt_scene *scene, const kt_model *model,
                                                   kt_simulation *simulation, const kt_scene_call *calls, int call_count,
                                                   kt_scene_watch **watch, kt_error *error);
 
 /* Sets the parameters of the model to the values in the auxiliary states of the simulation. Call this function after
- * kt_simulation_restore and kt_simulation_set_state if kt_scene_sets is true. Other scenes do not
+ * kt_simulation_restore and kt_simulation_set_state if kt_scene_needs_settable is true. Other scenes do not
  * need this call.
  * Errors: those of kt_parameter_set.
  * Cost: O(numbers that follow). */

@@ -261,11 +261,12 @@ KT_API KT_CHECKED kt_status kt_simulation_jump(kt_simulation *simulation, const 
  * Cost: that of a projection; the data are cleared. */
 KT_API KT_CHECKED kt_status kt_simulation_set_switches(kt_simulation *simulation, uint64_t set, double *loss,
                                                        kt_error *error);
-/* Releases hard stops, contacts and slack ropes (kt_loop_side), and friction of joints that sticks (kt_effect_stick),
- * at the present time. Items whose switches (kt_loop_switch) are in the set do not act from now on, for all gaps and
- * rates. All others act, beginning at their present gaps and rates. Friction that begins to act sticks if its joint is
- * at rest, and slips otherwise. The description selects the initial set (KT_SWITCHED_OFF). Checkpoints contain the set.
- * The call is meant for the actions of events, and for use between calls. Nothing is allocated.
+/* Releases hard stops, contacts and slack ropes (kt_loop_side), and friction of joints that sticks
+ * (kt_effect_stick_loop), at the present time. Items whose switches (kt_loop_switch) are in the set do not act from now
+ * on, for all gaps and rates. All others act, beginning at their present gaps and rates. Friction that begins to act
+ * sticks if its joint is at rest, and slips otherwise. The description selects the initial set (KT_SWITCHED_OFF).
+ * Checkpoints contain the set. The call is meant for the actions of events, and for use between calls. Nothing is
+ * allocated.
  * Errors: KT_ERROR_ARGUMENT (the set has other bits). KT_ERROR_CONSTRAINT (a constraint that is to act is beyond its
  * boundary); the simulation cannot continue after this error.
  * Cost: that of kt_simulation_set_switches. */
@@ -278,7 +279,7 @@ KT_API KT_CHECKED kt_status kt_simulation_set_released(kt_simulation *simulation
  *   The loop's alone is on: the joint sticks.
  *   Both are on: the friction is released.
  * Cost: O(loops). */
-KT_API int kt_effect_stick(const kt_model *model, int effect);
+KT_API int kt_effect_stick_loop(const kt_model *model, int effect);
 /* Returns the set of released contacts (kt_simulation_set_released). */
 KT_API uint64_t kt_simulation_released(const kt_simulation *simulation);
 /* Returns the present model of the simulation: its first model, or the model of another set of switches. */

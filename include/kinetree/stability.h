@@ -82,7 +82,7 @@ typedef struct kt_stability_verdict {
 /* Judges a method by its stability function, on the imaginary axis and to the left of it. The points have |z|
  * from 1e-4 to 1e6. The axis has 40 points per factor of ten. The verdicts hold to 1e-7.
  * Cost: 1,000 values of R, for an implicit method only. */
-KT_API kt_stability_verdict kt_stability_judge(const kt_stability *stability);
+KT_API kt_stability_verdict kt_stability_assess(const kt_stability *stability);
 
 /* The spurious growth of a mode: the factor, over a run of `duration`, by which a numerical solution of y' = lambda y
  * exceeds the exact solution. If the exact solution decays, the factor is relative to the initial value:

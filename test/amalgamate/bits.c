@@ -37,7 +37,7 @@ static kt_status print_states(kt_scene *scene, int steps, kt_error *error) {
     kt_model_options options = kt_model_options_default();
     options.metric = scene->run.metric;
     options.plan = scene->run.plan;
-    options.settable = kt_scene_sets(scene);
+    options.settable = kt_scene_needs_settable(scene);
     kt_model *model = NULL;
     kt_simulation *simulation = NULL;
     kt_status status = kt_model_compile(&scene->description, &options, &model, error);

@@ -202,7 +202,7 @@ static double compare_load_derivatives(kt_generated *g, const kt_tree *tree, con
     const int nv = tree->nv;
     kt_error error = {0};
     const kt_status status =
-        kt_dynamics_inverse_derivatives(tree->model, tree->data, work, kt_derivative_work_size(tree->model), s->q, s->v,
+        kt_dynamics_inverse_derivatives(tree->model, tree->data, work, kt_dynamics_work_size(tree->model), s->q, s->v,
                                         a, NULL, right[0], right[1], &error);
     kt_check_equal_int("inverse_derivatives", g->inverse_derivatives(g->model, s->q, s->v, a, own[0], own[1]), 0);
     kt_need_fine("derivatives of inverse dynamics", status, &error);
@@ -225,7 +225,7 @@ static void compare_forward_derivatives(kt_generated *g, const kt_tree *tree, co
     const int nv = tree->nv;
     kt_error error = {0};
     const kt_status status =
-        kt_dynamics_forward_derivatives(tree->model, tree->data, work, kt_derivative_work_size(tree->model), s->q, s->v,
+        kt_dynamics_forward_derivatives(tree->model, tree->data, work, kt_dynamics_work_size(tree->model), s->q, s->v,
                                         s->tau, NULL, right[0], right[1], right[2], &error);
     kt_check_equal_int("forward_derivatives",
                        g->forward_derivatives(g->model, s->q, s->v, s->tau, own[0], own[1], own[2]), 0);
@@ -243,7 +243,7 @@ static void compare_forward_derivatives(kt_generated *g, const kt_tree *tree, co
  * differences. */
 static void compare_derivatives(kt_generated *g, const kt_tree *tree, const kt_tree_state *s, comparison *c, int n) {
     double a[KT_TREE_NV] = {0.0};
-    const size_t size = kt_derivative_work_size(tree->model);
+    const size_t size = kt_dynamics_work_size(tree->model);
     void *work = aligned_alloc(KT_ALIGNMENT, (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
     compare_load_derivatives(g, tree, s, s->a, work, c, n);
     kt_check_equal_int("forward", g->forward(g->model, s->q, s->v, s->tau, a), 0);

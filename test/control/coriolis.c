@@ -8,7 +8,7 @@
 enum { TREES = 40 };
 
 static bool coriolis(const kt_tree *tree, const kt_tree_state *s, double *c) {
-    const size_t size = kt_derivative_work_size(tree->model);
+    const size_t size = kt_dynamics_work_size(tree->model);
     void *work = aligned_alloc(KT_ALIGNMENT, size);
     kt_error e;
     const bool fine =
@@ -49,7 +49,7 @@ KT_TEST(coriolis_matrix_rejects_what_is_not_finite_and_too_little_memory) {
     kt_tree_state s;
     kt_error e;
     along_grow(&tree, 1, &random, &s);
-    const size_t size = (kt_derivative_work_size(tree.model) + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT;
+    const size_t size = (kt_dynamics_work_size(tree.model) + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT;
     void *work = aligned_alloc(KT_ALIGNMENT, size);
     c[0] = 7.0;
     kt_check_equal_int("memory", kt_coriolis_evaluate(tree.model, tree.data, work, 64, s.q, s.v, c, &e),

@@ -347,7 +347,7 @@ static bool differentiate(const stage *s, double *d_q, double *d_v) {
     kt_derivative_work terms;
     kt_error e = {0};
     const kt_dynamic_state at = {.t = 0.3, .q = s->state.q, .v = s->state.v};
-    void *memory = aligned_alloc(KT_ALIGNMENT, kt_derivative_work_size(tree->model));
+    void *memory = aligned_alloc(KT_ALIGNMENT, kt_dynamics_work_size(tree->model));
     kt_need_fine("terms",
                  kt_inverse_derivatives_fill(tree->model, tree->data, memory, &at, s->state.a, true, &terms, &e), &e);
     const size_t bytes = (size_t)(tree->nv * tree->nv) * sizeof *d_q;

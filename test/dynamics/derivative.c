@@ -17,7 +17,7 @@ typedef struct derivatives {
 } derivatives;
 
 static void derive(const kt_tree *t, const kt_tree_state *s, const kt_wrench *external, derivatives *d) {
-    const size_t size = kt_derivative_work_size(t->model);
+    const size_t size = kt_dynamics_work_size(t->model);
     void *work = aligned_alloc(KT_ALIGNMENT, size);
     kt_error e = {0};
     kt_need_fine("inverse derivatives",
@@ -233,7 +233,7 @@ KT_TEST(what_is_not_finite_or_too_small_is_rejected_and_nothing_is_written) {
     const kt_tree_plan plan = kt_tree_plan_default();
     kt_error e = {0};
     kt_tree_grow(&tree, &plan, &random);
-    const size_t size = kt_derivative_work_size(tree.model);
+    const size_t size = kt_dynamics_work_size(tree.model);
     char *work = aligned_alloc(KT_ALIGNMENT, size + KT_ALIGNMENT);
     for (int i = 0; i < 3 * MOST; i++)
         out[i] = before[i] = i;
@@ -287,7 +287,7 @@ KT_TEST(derivatives_that_overflow_alone_are_rejected_and_nothing_is_written) {
             continue;
         grow_whip(&tree, isa, 1.0);
         const kt_model *m = tree.model;
-        const size_t size = kt_derivative_work_size(m);
+        const size_t size = kt_dynamics_work_size(m);
         char *work = aligned_alloc(KT_ALIGNMENT, size);
         kt_check_equal_int("forces", kt_dynamics_inverse(m, tree.data, q, NULL, rest, NULL, tau, &e), KT_OK);
         kt_check_equal_int("motion", kt_dynamics_forward(m, tree.data, q, NULL, tau, NULL, a, &e), KT_OK);
@@ -324,7 +324,7 @@ KT_TEST(derivatives_of_what_cannot_move_touch_nothing) {
     tree.description = kt_description_of(tree.body, 1, NULL, 0, NULL, 0);
     const kt_model_options options = kt_model_options_default();
     kt_tree_compile(&tree, &options);
-    const size_t size = kt_derivative_work_size(tree.model);
+    const size_t size = kt_dynamics_work_size(tree.model);
     unsigned char *memory =
         aligned_alloc(KT_ALIGNMENT, 2 * AROUND + (size + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT);
     memset(memory, 0xA5, 2 * AROUND + size);
@@ -357,7 +357,7 @@ KT_TEST(null_stands_for_zeros_and_for_what_is_not_asked) {
         plan.bodies += 3;
         kt_tree_sample(&tree, &plan, &random, &s);
         const kt_model *m = tree.model;
-        const size_t size = kt_derivative_work_size(m), nn = (size_t)tree.nv * (size_t)tree.nv;
+        const size_t size = kt_dynamics_work_size(m), nn = (size_t)tree.nv * (size_t)tree.nv;
         void *work = aligned_alloc(KT_ALIGNMENT, size);
         double *b = with + MOST, *c = with + 2 * MOST, *y = without + MOST;
         kt_check_equal_int(

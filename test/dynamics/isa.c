@@ -34,7 +34,7 @@ static void leave(const kt_model *model, kt_data *data, void *user) {
 static bool derive(const kt_model *m, kt_data *d, const kt_tree_state *s, results *r, kt_error *e) {
     static _Alignas(KT_ALIGNMENT) char work[WORK];
     double(*x)[KT_TREE_NV * KT_TREE_NV] = r->derivative;
-    memset(work, 0xFF, kt_derivative_work_size(m));
+    memset(work, 0xFF, kt_dynamics_work_size(m));
     return kt_dynamics_forward_derivatives(m, d, work, WORK, s->q, s->v, s->tau, s->external, x[0], x[1], x[2], e) ==
                KT_OK &&
            kt_dynamics_inverse_derivatives(m, d, work, WORK, s->q, s->v, s->a, s->external, x[3], x[4], e) == KT_OK;

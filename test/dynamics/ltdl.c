@@ -173,7 +173,7 @@ KT_TEST(matrix_that_is_not_positive_definite_is_rejected_by_its_joint) {
     f.mass[last * nv + last] = -1.0;
     kt_check_equal_int("negative", kt_mass_factor_compute(f.factor, f.mass, &e), KT_ERROR_SINGULAR);
     char where[64];
-    snprintf(where, sizeof where, "joint '%s'", kt_body_name(f.tree.model, kt_body_of_velocity(f.tree.model, last)));
+    snprintf(where, sizeof where, "joint '%s'", kt_body_name(f.tree.model, kt_velocity_body(f.tree.model, last)));
     kt_check_text("where", e.where, where);
     kt_check_equal_int("no factors", kt_mass_factor_solve(f.factor, 1, x, &e), KT_ERROR_ARGUMENT);
     f.mass[last * nv + last] = (double)NAN;

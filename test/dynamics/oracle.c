@@ -97,7 +97,7 @@ static long double dot(const long double a[3], const long double b[3]) {
 
 /* The armature of velocity coordinate v. */
 static long double armature_of(const kt_tree *tree, int v) {
-    const int body = kt_body_of_velocity(tree->model, v);
+    const int body = kt_velocity_body(tree->model, v);
     return described(tree, body)->joint.armature[v - kt_body_coordinates(tree->model, body).v];
 }
 

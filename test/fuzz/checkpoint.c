@@ -55,7 +55,7 @@ static void load(setup *s, const char *name) {
              : kt_scene_read(path, &s->scene, NULL, NULL, &error),
          &error);
     kt_model_options options = kt_model_options_default();
-    options.settable = kt_scene_sets(&s->scene);
+    options.settable = kt_scene_needs_settable(&s->scene);
     must(name, kt_model_compile(&s->scene.description, &options, &s->model, &error), &error);
 }
 

@@ -328,14 +328,14 @@ KT_TEST(verdicts_are_those_published) {
                     {"rodas5p", true, true, 0.0},        {"radau5", true, true, 0.0}};
     for (size_t i = 0; i < sizeof expected / sizeof expected[0]; i++) {
         const kt_stability s = stability_of(kt_method_find(expected[i].name), 2);
-        const kt_stability_verdict verdict = kt_stability_judge(&s);
+        const kt_stability_verdict verdict = kt_stability_assess(&s);
         kt_check_true(expected[i].name, verdict.a_stable == expected[i].a && verdict.l_stable == expected[i].l);
         kt_check_near("at infinity", verdict.at_infinity, expected[i].at_infinity, 1e-7);
     }
     for (int i = 0; i < kt_method_count(); i++)
         if (!kt_method_is_implicit(kt_method_at(i))) {
             const kt_stability s = stability_of(kt_method_at(i), 10);
-            const kt_stability_verdict verdict = kt_stability_judge(&s);
+            const kt_stability_verdict verdict = kt_stability_assess(&s);
             kt_check_true(kt_method_at(i)->name, !verdict.a_stable && !verdict.l_stable && isinf(verdict.at_infinity));
         }
 }
@@ -351,8 +351,8 @@ KT_TEST(methods_that_are_not_a_stable_are_told_from_those_that_are) {
     for (int i = 0; i < 4; i++)
         for (int j = 0; j < 2; j++)
             three.characteristic[i][j] = bdf[i][j];
-    kt_check_true("BDF3", !kt_stability_judge(&three).a_stable && !kt_stability_judge(&three).l_stable);
-    kt_check_near("BDF3 at infinity", kt_stability_judge(&three).at_infinity, 0.0, 0.0);
+    kt_check_true("BDF3", !kt_stability_assess(&three).a_stable && !kt_stability_assess(&three).l_stable);
+    kt_check_near("BDF3 at infinity", kt_stability_assess(&three).at_infinity, 0.0, 0.0);
     const double p[] = {1.0, 0.5}, q[] = {1.0, 0.5, -1.0};
     pole.degree = 1;
     pole.poles = 2;
@@ -361,7 +361,7 @@ KT_TEST(methods_that_are_not_a_stable_are_told_from_those_that_are) {
     for (int k = -40; k <= 40; k++)
         if (!(kt_stability_gain(&pole, (kt_complex){0.0, exp(0.2 * k)}) <= 1.0))
             kt_check_true("on the axis", false);
-    kt_check_true("a pole on the left", !kt_stability_judge(&pole).a_stable);
+    kt_check_true("a pole on the left", !kt_stability_assess(&pole).a_stable);
 }
 
 /* ---- implicit methods -------------------------------------------------------------------------------------------- */

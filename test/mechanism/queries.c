@@ -71,7 +71,7 @@ static kt_status inverse(const given *x, kt_error *e) {
 static kt_status mass(const given *x, kt_error *e) { return kt_dynamics_mass(OF(x), x->q, matrix[0], e); }
 
 static kt_status derive(const given *x, bool inverse_too, kt_error *e) {
-    const size_t size = kt_derivative_work_size(x->g->tree.model);
+    const size_t size = kt_dynamics_work_size(x->g->tree.model);
     void *work = aligned_alloc(KT_ALIGNMENT, size);
     const kt_status status =
         inverse_too ? kt_dynamics_inverse_derivatives(OF(x), work, size, x->q, x->v, ACTING(x), matrix[0], matrix[1], e)

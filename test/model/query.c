@@ -106,13 +106,13 @@ KT_TEST(velocities_know_their_bodies) {
         for (int b = 0; b < kt_model_body_count(tree.model); b++) {
             const kt_coordinates at = kt_body_coordinates(tree.model, b);
             for (int i = 0; i < at.nv; i++)
-                wrong += kt_body_of_velocity(tree.model, at.v + i) != b;
+                wrong += kt_velocity_body(tree.model, at.v + i) != b;
             coordinates += at.nv;
             fixed += at.nv == 0 && b > 0;
         }
         const int nv = kt_model_nv(tree.model);
-        wrong += kt_body_of_velocity(tree.model, -1) != -1;
-        wrong += kt_body_of_velocity(tree.model, nv) != -1;
+        wrong += kt_velocity_body(tree.model, -1) != -1;
+        wrong += kt_velocity_body(tree.model, nv) != -1;
     }
     kt_check_equal_int("wrong answers", wrong, 0);
     kt_check_above("coordinates", (double)coordinates, 100.0);

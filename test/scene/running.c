@@ -29,7 +29,7 @@ static void release_watch(void *watch) { kt_scene_watch_free(watch); }
 kt_status running_open(running *to, kt_scene *scene, const kt_simulation_options *options, kt_error *error) {
     kt_model_options compiled = kt_model_options_default();
     kt_simulation_options made = *options;
-    compiled.settable = kt_scene_sets(scene);
+    compiled.settable = kt_scene_needs_settable(scene);
     made.events = kt_scene_event_room(scene);
     made.contact = scene->contact;
     *to = (running){.scene = scene, .model = kt_test_model(&scene->description, &compiled)};

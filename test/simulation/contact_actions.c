@@ -51,7 +51,7 @@ static uint64_t hard_bits_of(const kt_model *model) {
         if (kt_loop_side(model, i) != KT_SIDE_NONE)
             bits |= kt_switch_bits(model, kt_loop_switch(model, i));
     for (int i = 0; i < 2; i++)
-        bits |= kt_switch_bits(model, kt_loop_switch(model, kt_effect_stick(model, i)));
+        bits |= kt_switch_bits(model, kt_loop_switch(model, kt_effect_stick_loop(model, i)));
     return bits;
 }
 

@@ -113,8 +113,8 @@ static void check_restored(const scene *s, const char *method, bool is_released)
     const double held = is_released ? 0.0 : coulomb;
     kt_model *model = kt_scene_compile(&s->description);
     kt_simulation *one = start(model, method), *other = start(model, method);
-    const uint64_t set = kt_switch_bits(model, kt_loop_switch(model, kt_effect_stick(model, 0))) |
-                         kt_switch_bits(model, kt_loop_switch(model, kt_effect_stick(model, 1)));
+    const uint64_t set = kt_switch_bits(model, kt_loop_switch(model, kt_effect_stick_loop(model, 0))) |
+                         kt_switch_bits(model, kt_loop_switch(model, kt_effect_stick_loop(model, 1)));
     kt_error error = {0};
     kt_note("%s, %s", method, is_released ? "released" : "not released");
     kt_status status = advance(one, saved, &error);

@@ -135,11 +135,11 @@ static void check_friction(int sliders, const char *method) {
     kt_status status = kt_simulation_advance(simulation, engaged, &error);
     const double energy = status == KT_OK ? kt_scene_balance(simulation) : 0.0;
     if (status == KT_OK) {
-        const int last = kt_effect_stick(model, sliders - 1);
+        const int last = kt_effect_stick_loop(model, sliders - 1);
         kt_check_equal_int("released", kt_simulation_released(simulation) != 0, 1);
         kt_check_equal_int("its switch",
                            kt_simulation_released(simulation) == kt_switch_bits(model, kt_loop_switch(model, last)), 1);
-        const int second = sliders > 1 ? kt_loop_switch(model, kt_effect_stick(model, 1)) : -1;
+        const int second = sliders > 1 ? kt_loop_switch(model, kt_effect_stick_loop(model, 1)) : -1;
         status = kt_simulation_set_released(simulation, kt_switch_bits(model, second), &error);
     }
     if (status == KT_OK)

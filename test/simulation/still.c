@@ -80,7 +80,7 @@ static kt_rollout ahead_of(double t) {
 static kt_status make_controls(const kt_model *model, controls *c, kt_error *error) {
     const size_t nv = (size_t)kt_model_nv(model), square = (nv + 6) * (nv + 6) * sizeof(double);
     *c = (controls){
-        .model = model, .size = kt_actuation_work_size(model), .derivative_size = kt_derivative_work_size(model)};
+        .model = model, .size = kt_actuation_work_size(model), .derivative_size = kt_dynamics_work_size(model)};
     c->work = memory_of(c->size);
     c->derivative_work = memory_of(c->derivative_size);
     c->matrix = memory_of(square);

@@ -46,11 +46,11 @@ typedef struct native_text {
 
 /* Returns why the accelerations of a scene are not those of one file; NULL: they are. */
 static const char *why_not_native(const kt_scene *scene, const kt_model *model) {
-    return kt_scene_sets(scene)         ? "its events set numbers of the model"
-           : kt_switch_count(model) > 0 ? "its loops or effects are switched, or contacts close"
-           : scene->formulation != 0    ? "the absolute formulation has other equations"
-           : scene->reduction != 0      ? "generated code has its own reduction (leave out --reduction)"
-                                        : NULL;
+    return kt_scene_needs_settable(scene) ? "its events set numbers of the model"
+           : kt_switch_count(model) > 0   ? "its loops or effects are switched, or contacts close"
+           : scene->formulation != 0      ? "the absolute formulation has other equations"
+           : scene->reduction != 0        ? "generated code has its own reduction (leave out --reduction)"
+                                          : NULL;
 }
 
 static int reject_native(const char *command, const kt_scene *scene, const kt_model *model) {

@@ -9,7 +9,7 @@ kt_model_options kt_compile_options(const kt_scene *scene) {
     options.reduction = kt_reduction_method_of(scene->reduction);
     options.metric = scene->run.metric;
     options.plan = scene->run.plan;
-    options.settable = kt_scene_sets(scene);
+    options.settable = kt_scene_needs_settable(scene);
     return options;
 }
 

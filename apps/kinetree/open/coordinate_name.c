@@ -70,7 +70,7 @@ kt_coordinate_name kt_name_coordinate(const kt_small_motion *motion, int coordin
         snprintf(name.text, sizeof name.text, "%s %.80s", word_for_state(&motion->scene, state), state);
         return name;
     }
-    const int body = kt_body_of_velocity(model, coordinate);
+    const int body = kt_velocity_body(model, coordinate);
     const kt_coordinates at = kt_body_coordinates(model, body);
     snprintf(name.text, sizeof name.text, "%.80s%s%.24s", kt_joint_name(model, body), at.nv > 1 ? " " : "",
              at.nv > 1 ? name_component(scene_joint_of(motion, body), at.type, coordinate - at.v).text : "");
@@ -78,7 +78,7 @@ kt_coordinate_name kt_name_coordinate(const kt_small_motion *motion, int coordin
 }
 
 kt_coordinate_name kt_name_column(const kt_model *model, int coordinate) {
-    const int body = kt_body_of_velocity(model, coordinate);
+    const int body = kt_velocity_body(model, coordinate);
     const kt_coordinates at = kt_body_coordinates(model, body);
     kt_coordinate_name name;
     (void)snprintf(name.text, sizeof name.text, at.nv > 1 ? "%s[%d]" : "%s", kt_joint_name(model, body),

@@ -20,7 +20,7 @@ static int find_side(const kt_model *model, const char *name) {
 bool kt_is_released(const kt_simulation *simulation, const char *name) {
     const kt_model *model = kt_simulation_model(simulation);
     const int side = find_side(model, name), effect = kt_effect_find(model, name);
-    const int hard = kt_loop_switch(model, side >= 0 ? side : kt_effect_stick(model, effect));
+    const int hard = kt_loop_switch(model, side >= 0 ? side : kt_effect_stick_loop(model, effect));
     if (hard >= 0)
         return (kt_simulation_released(simulation) & kt_switch_bits(model, hard)) != 0;
     const int loop = kt_loop_switch(model, kt_loop_find(model, name));

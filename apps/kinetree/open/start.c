@@ -335,7 +335,7 @@ json_t *kt_start_massless(const kt_model *model) {
     json_t *list = json_array();
     int last = 0;
     for (int k = 0; k < kt_massless_count(model); k++) {
-        const int body = kt_body_of_velocity(model, kt_massless_coordinate(model, k));
+        const int body = kt_velocity_body(model, kt_massless_coordinate(model, k));
         if (body != last)
             json_array_append_new(list, json_string(kt_joint_name(model, body)));
         last = body;

@@ -195,7 +195,7 @@ static uint64_t full_set(const kt_model *model) {
     for (int k = 0; k < kt_switch_count(model); k++)
         set |= kt_switch_bits(model, k);
     for (int i = 0; i < kt_effect_count(model); i++)
-        if (kt_effect_switch(model, i) >= 0 && kt_effect_stick(model, i) >= 0)
+        if (kt_effect_switch(model, i) >= 0 && kt_effect_stick_loop(model, i) >= 0)
             set &= ~kt_switch_bits(model, kt_effect_switch(model, i));
     return set;
 }

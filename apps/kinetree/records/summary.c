@@ -106,7 +106,7 @@ static json_t *list_switched(const kt_model *model) {
             json_object_set_new(switched, kt_switch_name(model, k),
                                 json_boolean((set & kt_switch_bits(model, k)) != 0));
     for (int i = 0; i < kt_effect_count(model); i++) {
-        const int back = kt_effect_switch(model, i), stick = kt_loop_switch(model, kt_effect_stick(model, i));
+        const int back = kt_effect_switch(model, i), stick = kt_loop_switch(model, kt_effect_stick_loop(model, i));
         if (back < 0 || stick < 0)
             continue;
         const bool slips_back = (set & kt_switch_bits(model, back)) != 0;

@@ -25,7 +25,7 @@ static void release_scene_events(void *watch) { kt_scene_watch_free(watch); }
 kt_accuracy_events kt_study_events(const kt_scene *scene) {
     return (kt_accuracy_events){.count = kt_scene_event_room(scene),
                                 .add = add_scene_events,
-                                .restart = kt_scene_sets(scene) ? restart_scene_events : NULL,
+                                .restart = kt_scene_needs_settable(scene) ? restart_scene_events : NULL,
                                 .release = release_scene_events,
                                 .user = (void *)scene};
 }

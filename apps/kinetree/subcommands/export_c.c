@@ -159,7 +159,7 @@ static void say_events(const kt_export_c *c, const kt_scene *scene) {
     if (scene->event_count > 0 || has_until)
         kt_print("%s: note: left out: events (%d%s); a program has to watch them, and change q, v and x%s\n", c->scene,
                  scene->event_count + has_until, has_until ? ", `until` among them" : "",
-                 kt_scene_sets(scene) ? "; the header lists the states that they set" : "");
+                 kt_scene_needs_settable(scene) ? "; the header lists the states that they set" : "");
 }
 
 static int export_scene_as_c(const kt_scene *scene, const kt_model *model, const void *user) {

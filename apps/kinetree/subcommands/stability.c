@@ -224,7 +224,7 @@ static json_t *describe_limit(const kt_stability_subject *subject, const kt_meth
         json_object_set_new(object, "growth", kt_json_number(limit.growth));
     kt_stability stability;
     if (kt_method_is_implicit(method) && kt_stability_make(method, 0, &stability, NULL) == KT_OK) {
-        const kt_stability_verdict verdict = kt_stability_judge(&stability);
+        const kt_stability_verdict verdict = kt_stability_assess(&stability);
         json_object_set_new(object, "a_stable", json_boolean(verdict.a_stable));
         json_object_set_new(object, "l_stable", json_boolean(verdict.l_stable));
         json_object_set_new(object, "at_infinity", kt_json_number(verdict.at_infinity));

@@ -73,7 +73,7 @@ void kt_write_verdict(const kt_method *method, char *text, size_t size) {
     text[0] = '\0';
     if (!kt_method_is_implicit(method) || kt_stability_make(method, 0, &stability, NULL) != KT_OK)
         return;
-    const kt_stability_verdict verdict = kt_stability_judge(&stability);
+    const kt_stability_verdict verdict = kt_stability_assess(&stability);
     if (verdict.l_stable)
         snprintf(text, size, "L-stable");
     else if (verdict.a_stable)

@@ -37,7 +37,7 @@ class Model(Fixed):
         record = scene._scene
         options = ffi.new("kt_model_options *", lib.kt_model_options_default())
         options.metric, options.plan = record.run.metric, record.run.plan
-        options.settable = lib.kt_scene_sets(record)
+        options.settable = lib.kt_scene_needs_settable(record)
         description = ffi.new("kt_description *", record.description)
         keep = self._with_effects(description)
         out, error = ffi.new("kt_model **"), ffi.new("kt_error *")

@@ -53,7 +53,7 @@ class Simulation(Events, Fixed):
         if not isinstance(model, Model):
             raise mistyped("model", "a kinetree.Model", model)
         scene = model.scene._scene
-        self._given, self._sets = model, bool(lib.kt_scene_sets(scene))
+        self._given, self._sets = model, bool(lib.kt_scene_needs_settable(scene))
         if self._sets and not isinstance(model, ModelCopy):
             model = model.copy()  # events of the scene set its parameters
         self.model = model

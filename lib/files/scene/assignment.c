@@ -23,7 +23,7 @@ bool kt_events_set(const kt_scene *scene, bool velocities) {
     return any;
 }
 
-bool kt_scene_sets(const kt_scene *scene) {
+bool kt_scene_needs_settable(const kt_scene *scene) {
     return scene != NULL && (kt_events_set(scene, false) || kt_footholds_count(scene) > 0);
 }
 
@@ -240,7 +240,7 @@ kt_status kt_assignments_create(kt_pool *pool, const kt_scene *scene, const kt_m
     if (status == KT_OK && to->change_count > 0 && !model->placed && !model->settable)
         status = kt_error_set(error, KT_ERROR_ARGUMENT, "kt_scene_watch_create",
                               "events of the scene set parameters of its model, which is immutable: compile it with "
-                              "kt_model_options.settable (kt_scene_sets), or make a copy (kt_model_copy)");
+                              "kt_model_options.settable (kt_scene_needs_settable), or make a copy (kt_model_copy)");
     *assignments = to;
     return status;
 }

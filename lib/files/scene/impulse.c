@@ -80,8 +80,8 @@ static const kt_model *model_without_contacts(const kt_simulation *simulation) {
         if (kt_loop_side(model, i) != KT_SIDE_NONE && kt_loop_switch(model, i) >= 0)
             set &= ~kt_switch_bits(model, kt_loop_switch(model, i));
     for (int i = 0; i < kt_effect_count(model); i++)
-        if (kt_effect_stick(model, i) >= 0)
-            set &= ~(kt_switch_bits(model, kt_loop_switch(model, kt_effect_stick(model, i))) |
+        if (kt_effect_stick_loop(model, i) >= 0)
+            set &= ~(kt_switch_bits(model, kt_loop_switch(model, kt_effect_stick_loop(model, i))) |
                      kt_switch_bits(model, kt_effect_switch(model, i)));
     const kt_model *open = kt_model_switched(model, set);
     return open != NULL ? open : model;

@@ -326,7 +326,7 @@ bool kt_scene_is_tunable(const kt_scene *scene) {
     return any && all;
 }
 
-bool kt_scene_follows(const kt_scene *scene, int k) {
+bool kt_scene_parameter_follows(const kt_scene *scene, int k) {
     const kt_scene_variables *v = scene != NULL ? scene->variables : NULL;
     for (size_t i = 0; v != NULL && i < v->count; i++)
         if (v->bound[i].expression != NULL && v->bound[i].assigned.parameter == k && k >= 0)

@@ -154,7 +154,7 @@ static bool find_contacts(const kt_model *model, const char *name, bool on, watc
         put_bit(kt_switch_bits(model, kt_loop_switch(model, loop)), on, &to->acting, &to->released);
         found = true;
     }
-    const int stick = found ? -1 : kt_effect_stick(model, kt_effect_find(model, name));
+    const int stick = found ? -1 : kt_effect_stick_loop(model, kt_effect_find(model, name));
     if (stick >= 0)
         put_bit(kt_switch_bits(model, kt_loop_switch(model, stick)), on, &to->acting, &to->released);
     return found || stick >= 0;

@@ -85,7 +85,7 @@ typedef struct finder {
 
 static kt_status reject_massless_joint(const kt_model *m, size_t k, const char *what, kt_error *error) {
     char where[KT_WHERE_SIZE];
-    const int body = kt_body_of_velocity(m, m->massless[k]);
+    const int body = kt_velocity_body(m, m->massless[k]);
     (void)snprintf(where, sizeof where, "body '%.100s'", kt_body_name(m, body));
     return kt_error_set(
         error, KT_ERROR_MODEL, where,

@@ -29,7 +29,7 @@ kt_status kt_coriolis_evaluate(const kt_model *model, kt_data *data, void *work,
     const size_t nv = model->n.v;
     kt_derivative_work w;
     kt_status status =
-        kt_arena_check("work", "kt_derivative_work_size", work, work_size, kt_derivative_work_size(model), error);
+        kt_arena_check("work", "kt_dynamics_work_size", work, work_size, kt_dynamics_work_size(model), error);
     if (status == KT_OK)
         status =
             kt_inverse_derivatives_fill(model, data, work, &(kt_dynamic_state){.q = q, .v = v}, NULL, false, &w, error);

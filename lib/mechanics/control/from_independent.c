@@ -104,7 +104,7 @@ kt_status kt_actuation_factor(kt_actuation_work *w, kt_data *data, double t, con
     if (w->least.rank == w->dofs)
         return KT_OK;
     kt_least_null(&w->least, w->solution);
-    const int body = kt_body_of_velocity(model, most_moved(w, w->solution));
+    const int body = kt_velocity_body(model, most_moved(w, w->solution));
     return kt_error_set(error, KT_ERROR_SINGULAR, kt_where_format("joint '%.100s'", kt_joint_name(model, body)).text,
                         "it moves most in a motion %s: %d of the %d coordinates in the list are independent at this "
                         "position, and the mechanism has %d degrees of freedom; list a coordinate that moves there",

@@ -15,7 +15,7 @@
 /* Every array: type, name, count, meaning; p equations in the order of the loops, of n coordinates. With dense factors
  * of the loops' equations m and k are n and p, otherwise 0; l is n if there are loops. */
 #define KT_STIFFNESS_FIELDS(X)                                                                                         \
-    X(double, tree, kt_derivative_work_size(model) / sizeof(double), "of the derivatives of the tree")                 \
+    X(double, tree, kt_dynamics_work_size(model) / sizeof(double), "of the derivatives of the tree")                   \
     X(double, q, model->n.q, "positions")                                                                              \
     X(double, v, n, "velocities")                                                                                      \
     X(double, a, n, "accelerations")                                                                                   \

@@ -8,11 +8,11 @@
 
 KT_ARENA_ARRAYS(place_arrays, kt_derivative_work, KT_DERIVATIVE_FIELDS, const kt_counts *n)
 
-size_t kt_derivative_work_size(const kt_model *model) { return model ? place_arrays(NULL, NULL, &model->n) : 0; }
+size_t kt_dynamics_work_size(const kt_model *model) { return model ? place_arrays(NULL, NULL, &model->n) : 0; }
 
 static kt_status take_work(const kt_model *model, void *memory, size_t size, kt_derivative_work *w, kt_error *error) {
-    const size_t needed = kt_derivative_work_size(model);
-    const kt_status status = kt_arena_check("work", "kt_derivative_work_size", memory, size, needed, error);
+    const size_t needed = kt_dynamics_work_size(model);
+    const kt_status status = kt_arena_check("work", "kt_dynamics_work_size", memory, size, needed, error);
     if (status == KT_OK)
         (void)place_arrays(w, memory, &model->n);
     return status;

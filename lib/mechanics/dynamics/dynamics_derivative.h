@@ -141,7 +141,7 @@ typedef enum kt_motion_kept { KT_MOTION_HEAVY, KT_MOTION_WEIGHTLESS } kt_motion_
 KT_EACH_ISA(KT_DERIVATIVES_DECLARE)
 
 /* Computes kt_dynamics_inverse_derivatives, and the mass matrix. The results dq, dv and dtau (the mass matrix) stay in
- * *w, which is initialised in `memory` of kt_derivative_work_size bytes. The matrices may overflow.
+ * *w, which is initialised in `memory` of kt_dynamics_work_size bytes. The matrices may overflow.
  *
  * in_space: also computes the terms and data->motion, which planar models do not need. */
 KT_CHECKED kt_status kt_inverse_derivatives_fill(const kt_model *model, kt_data *data, void *memory,

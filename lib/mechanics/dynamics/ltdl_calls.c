@@ -105,7 +105,7 @@ kt_status kt_mass_factor_compute(kt_mass_factor *factor, const double *mass, kt_
     factor->is_factored = failed == model->n.v;
     if (factor->is_factored)
         return KT_OK;
-    const int body = kt_body_of_velocity(model, model->link_v[failed]);
+    const int body = kt_velocity_body(model, model->link_v[failed]);
     return kt_error_set(error, KT_ERROR_SINGULAR,
                         kt_where_format("joint '%.100s'", model->text + model->body[body].joint_name).text,
                         "the mass matrix is not positive definite: its pivot there is %g", factor->diagonal[failed]);

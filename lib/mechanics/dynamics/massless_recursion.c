@@ -56,7 +56,7 @@ kt_status kt_massless_reject(const kt_model *model, const char *where, const cha
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, where,
                             "joint '%.60s' moves no mass and follows from the balance of forces, and %s; give its "
                             "bodies a small mass, and integrate with an implicit method (radau5)",
-                            kt_joint_name(model, kt_body_of_velocity(model, model->massless[0])), what);
+                            kt_joint_name(model, kt_velocity_body(model, model->massless[0])), what);
     (void)model, (void)where, (void)what, (void)error;
     return KT_OK;
 }

@@ -107,7 +107,7 @@ static void neighbour(const balance *b, double s, const double *dv, const double
 }
 
 static kt_status reject_quasi_static(const balance *b, const char *what, kt_error *error) {
-    const int body = kt_body_of_velocity(b->model, b->model->massless[0]);
+    const int body = kt_velocity_body(b->model, b->model->massless[0]);
     return kt_error_set(
         error, KT_ERROR_SINGULAR,
         kt_where_format("joint '%.100s', t = %.9g s", kt_joint_name(b->model, body), b->at.t).text,

@@ -21,7 +21,7 @@ kt_dynamic_parameter kt_regressor_parameter(const kt_model *model, int column) {
                                       .coordinate = -1};
     const int coordinate = (column - bodies) % nv;
     return (kt_dynamic_parameter){.kind = (kt_dynamic_kind)(KT_DYNAMIC_ARMATURE + (column - bodies) / nv),
-                                  .body = kt_body_of_velocity(model, coordinate),
+                                  .body = kt_velocity_body(model, coordinate),
                                   .coordinate = coordinate};
 }
 

@@ -70,7 +70,7 @@ kt_coordinates kt_body_coordinates(const kt_model *model, int body) {
 
 /* Coordinates are in the order of the bodies. A body without coordinates has the same v as the next body. The result is
  * therefore the last body whose first coordinate is not larger than v. */
-int kt_body_of_velocity(const kt_model *model, int v) {
+int kt_velocity_body(const kt_model *model, int v) {
     if (!model)
         return -1;
     int low = 0, high = (int)model->n.body; /* body[low].v <= v < body[high].v */

@@ -28,7 +28,7 @@ bool kt_contact_is_released(const kt_contact *contact) {
                              : simulation->model->loop[contact->loop].released;
 }
 
-int kt_effect_stick(const kt_model *model, int effect) {
+int kt_effect_stick_loop(const kt_model *model, int effect) {
     for (int loop = 0; loop < kt_loop_count(model); loop++)
         if (kt_loop_is_stick(model, loop) && model->loop[loop].friction == effect + 1)
             return loop;

@@ -42,7 +42,7 @@ static bool left_half_is_inside(const kt_stability *s) {
     return true;
 }
 
-kt_stability_verdict kt_stability_judge(const kt_stability *s) {
+kt_stability_verdict kt_stability_assess(const kt_stability *s) {
     if (!s)
         return (kt_stability_verdict){false, false, (double)NAN};
     if (s->poles == 0) /* a polynomial, or roots of polynomials in z: it grows without bound */

@@ -294,7 +294,7 @@ size_t kt_step_contact_rows(const kt_model *model);
     X(kt_gradient_link, links, model->n.link, "likewise")                                                              \
     X(char, inverse, kt_inverse_layout(NULL, NULL, &model->n), "M^-1, by its terms")                                   \
     X(char, derivative, kt_acceleration_work_size(model), "of kt_acceleration_derivatives")                            \
-    X(char, tree, kt_derivative_work_size(model), "of kt_dynamics_forward_derivatives")
+    X(char, tree, kt_dynamics_work_size(model), "of kt_dynamics_forward_derivatives")
 
 typedef struct kt_step_work {
     const kt_model *model;

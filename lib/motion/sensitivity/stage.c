@@ -38,7 +38,7 @@ static kt_status differentiate_stage(kt_step_work *w, const kt_dynamic_state *at
                                      const kt_forward_matrices *by, kt_error *error) {
     const kt_model *model = w->model;
     if (!model->n.group && !model->n.effect)
-        return kt_forward_derivatives_fill(model, w->data, w->tree, kt_derivative_work_size(model), at, a, by, error);
+        return kt_forward_derivatives_fill(model, w->data, w->tree, kt_dynamics_work_size(model), at, a, by, error);
     return kt_acceleration_derivatives_at(model, w->data, w->derivative, kt_acceleration_work_size(model), at, known,
                                           &(kt_acceleration_matrices){.by = *by}, error);
 }
