@@ -101,7 +101,8 @@ double kt_fmu_next_breakpoint(const kt_fmu *fmu, double t) {
     double next = HUGE_VAL;
     for (int k = 0; k < fmu->event_count; k++) {
         const kt_event *event = &fmu->simulation->event[k];
-        const double time = event->corner != NULL && is_armed(fmu, k) ? event->corner(event->user, t) : HUGE_VAL;
+        const double time =
+            event->breakpoint != NULL && is_armed(fmu, k) ? event->breakpoint(event->user, t) : HUGE_VAL;
         next = time > t ? fmin(next, time) : next;
     }
     return next;

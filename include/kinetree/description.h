@@ -292,7 +292,7 @@ enum { KT_LAW_STATE_MAX = 16 /* states of one effect */ };
  * the force, jumps. Times at which the force begins or ceases to act are breakpoints, too. If no breakpoint follows,
  * returns HUGE_VAL or any time that is not after t. Steps of adaptive methods end at a breakpoint, and the force is
  * evaluated just before and just after that time. As for the force, the result depends on the arguments alone. */
-typedef double kt_corner_callback(void *user, double t);
+typedef double kt_breakpoint_callback(void *user, double t);
 
 /* The axes of the components of a force or torque. The axes of an end are the axes of its body or marker (kt_end). */
 typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* the end's */ } kt_frame;
@@ -418,8 +418,8 @@ typedef struct kt_effect {
     int variable_count;           /* length of variables */
     const char *const *states;    /* law: names of auxiliary states of the description that have no formula */
     int state_count;              /* length of states, at most KT_LAW_STATE_MAX */
-    kt_corner_callback *corner;   /* custom, law: the breakpoints of its force; NULL: none */
-    void *user;                   /* custom, law: an argument of the callback; must outlive the model */
+    kt_breakpoint_callback *breakpoint; /* custom, law: the breakpoints of its force; NULL: none */
+    void *user;                         /* custom, law: an argument of the callback; must outlive the model */
 
     kt_switching switching; /* as in kt_loop */
     bool stick;             /* joint_friction: the friction sticks. At rest it is a constraint, until its force exceeds

@@ -68,18 +68,18 @@ typedef struct kt_simulation_options {
                                 stepping */
     bool kinematics;         /* the data of a record hold the kinematics for queries, as they do if run has markers */
 
-    kt_right_hand_side *acceleration; /* the caller's equations of motion; NULL: the engine's. Reactions and powers
+    kt_right_hand_side *acceleration;   /* the caller's equations of motion; NULL: the engine's. Reactions and powers
                                          still follow from the engine's equations, and the engine assembles the initial
                                          state */
-    kt_projection *projection;        /* the caller's projection onto the loops; NULL: the engine's. Not called if
+    kt_projection *projection;          /* the caller's projection onto the loops; NULL: the engine's. Not called if
                                          unprojected */
-    kt_corner_callback *corner;       /* breakpoints of the caller's equations, or of its forces, at which adaptive
+    kt_breakpoint_callback *breakpoint; /* breakpoints of the caller's equations, or of its forces, at which adaptive
                                          steps end; NULL: none */
-    void *user;                       /* the argument `user` of these three functions */
-    bool record_contacts;             /* kt_simulation_run hands over records before and after an impact, and when a
+    void *user;                         /* the argument `user` of these three functions */
+    bool record_contacts;               /* kt_simulation_run hands over records before and after an impact, and when a
                                          contact closes, opens, sticks or slips (kt_simulation_contacts):
                                          KT_INDEX_CONTACT */
-    int events;                       /* the number of events that kt_simulation_event_add can add; 0: none */
+    int events;                         /* the number of events that kt_simulation_event_add can add; 0: none */
     const kt_transformation *transformation; /* to the model that is integrated; NULL: the simulation's own model is
                                                 integrated. The transformation and its model must outlive the
                                                 simulation */
@@ -333,17 +333,18 @@ typedef struct kt_event {
     const char *name;            /* must outlive the simulation */
     kt_event_function *function; /* the value */
     kt_event_action *action;     /* NULL: none */
-    kt_corner_callback *corner;  /* times at which the value, as a function of time, has breakpoints or turns; NULL:
+    kt_breakpoint_callback
+        *breakpoint;        /* times at which the value, as a function of time, has breakpoints or turns; NULL:
                                     none */
-    void *user;                  /* the argument `user` of these three functions */
-    kt_direction direction;      /* the changes of sign that count */
-    bool record;                 /* kt_simulation_run hands over a record of the state before the action */
-    bool stop;                   /* the event ends the run, after such a record */
-    bool repeatable;             /* the action jumps and switches as a function of the state, and does nothing else. It
+    void *user;             /* the argument `user` of these three functions */
+    kt_direction direction; /* the changes of sign that count */
+    bool record;            /* kt_simulation_run hands over a record of the state before the action */
+    bool stop;              /* the event ends the run, after such a record */
+    bool repeatable;        /* the action jumps and switches as a function of the state, and does nothing else. It
                                     may then be called at neighbouring states, and its effects are undone
                                     (kt_motion_derivatives) */
-    uint64_t limit;              /* the largest number of occurrences; 0: no limit */
-    uint64_t sum;                /* a checksum of the function and the action, if the program has one
+    uint64_t limit;         /* the largest number of occurrences; 0: no limit */
+    uint64_t sum;           /* a checksum of the function and the action, if the program has one
                                     (kt_scene_event_sum); 0: none. kt_simulation_restore rejects a checkpoint of events
                                     with other sums */
 } kt_event;
@@ -355,8 +356,8 @@ typedef struct kt_event {
  * A value that is zero at the start, or that an action has set to zero, is on neither side of zero. Reaching the first
  * side is no event.
  *
- * Each step is searched in parts. A part ends at the next breakpoint of the event's value (kt_event.corner). Within a
- * part no joint turns by more than half a turn, according to its rates at both ends of the step. Each part has five
+ * Each step is searched in parts. A part ends at the next breakpoint of the event's value (kt_event.breakpoint). Within
+ * a part no joint turns by more than half a turn, according to its rates at both ends of the step. Each part has five
  * values. Two changes of sign within a part are found if these values, or parabolas through three of the values, show
  * both changes. The option max_step bounds the changes that remain undetected.
  *
@@ -540,7 +541,7 @@ typedef struct kt_simulation_counts {
     kt_crossings crossings;   /* of all accelerations, including those for records */
     uint64_t cut;             /* searches for the next feature of a formula of time, also of an event, that reached
                                  their limit: a pulse may be missed */
-    uint64_t corners;         /* breakpoints of functions of time at which adaptive steps ended; 0 in a library without
+    uint64_t breakpoints;     /* breakpoints of functions of time at which adaptive steps ended; 0 in a library without
                                  Jacobians */
 } kt_simulation_counts;
 

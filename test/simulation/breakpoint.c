@@ -156,7 +156,7 @@ KT_TEST(breakpoints_of_a_callers_effect_are_where_steps_end) {
     pushed p;
     push_by(&p, KT_EFFECT_CUSTOM);
     p.effect.joint_force = pulse;
-    p.effect.corner = breakpoint_of_pulse;
+    p.effect.breakpoint = breakpoint_of_pulse;
     kt_model *model = kt_scene_compile(&p.lone.description);
     for (size_t i = 0; i < sizeof methods / sizeof methods[0]; i++)
         check_pulse(model, NULL, methods[i]);
@@ -167,7 +167,7 @@ KT_TEST(breakpoints_of_a_callers_equations_are_where_steps_end) {
     kt_simulation_options options = kt_simulation_options_default();
     kt_lone_make(&lone, KT_JOINT_PRISMATIC, 1.0);
     options.acceleration = jump_in_equations;
-    options.corner = breakpoint_of_pulse;
+    options.breakpoint = breakpoint_of_pulse;
     kt_model *model = kt_scene_compile(&lone.description);
     check_pulse(model, &options, "dopri5");
 }
@@ -465,6 +465,6 @@ KT_TEST(restored_run_cuts_the_same_searches) {
     kt_check_above("cut before", (double)before, 10.0);
     kt_check_above("cut behind", (double)(a.cut - before), 10.0);
     kt_check_equal_int("cut in the restored run", (long)b.cut, (long)a.cut);
-    kt_check_equal_int("breakpoints of the restored run", (long)b.corners, (long)a.corners);
+    kt_check_equal_int("breakpoints of the restored run", (long)b.breakpoints, (long)a.breakpoints);
     kt_scene_check_equal("state", second, first);
 }

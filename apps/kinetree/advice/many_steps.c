@@ -107,12 +107,12 @@ static void watch_pace(const kt_simulation *simulation, kt_outcome *outcome) {
     kt_pace *pace = &outcome->pace;
     const kt_simulation_counts counts = kt_simulation_counts_of(simulation);
     const double t = kt_simulation_time(simulation), steps = (double)BETWEEN * WINDOW;
-    const uint64_t breakpoints = counts.corners - pace->breakpoints;
+    const uint64_t breakpoints = counts.breakpoints - pace->breakpoints;
     if (pace->said || ++pace->seen % WINDOW != 0)
         return;
     const double step = (t - pace->time) / steps, left = (outcome->run->duration - t) / step;
     pace->time = t;
-    pace->breakpoints = counts.corners;
+    pace->breakpoints = counts.breakpoints;
     pace->said = left > (double)MANY;
     if (pace->said)
         warn_of_steps(outcome, step, left, (double)breakpoints / steps);

@@ -46,7 +46,7 @@ struct kt_scene_watch {
     kt_binding binding;
 };
 
-/* The first breakpoint after t of the parts that depend on time alone (kt_event.corner). */
+/* The first breakpoint after t of the parts that depend on time alone (kt_event.breakpoint). */
 static double next_watch_breakpoint(void *user, double t) {
     const watched *w = user;
     return kt_simulation_next_feature(w->simulation, (const kt_expression *const *)w->formula.parts,
@@ -287,7 +287,7 @@ static kt_status add_event(const target *in, const kt_scene_event *event, watche
     const kt_event added = {.name = name,
                             .function = evaluate_watched,
                             .action = to->call_count > 0 || acts ? act_on_event : NULL,
-                            .corner = to->formula.part_count > 0 ? next_watch_breakpoint : NULL,
+                            .breakpoint = to->formula.part_count > 0 ? next_watch_breakpoint : NULL,
                             .user = to,
                             .direction = event->direction,
                             .record = event->record || acts,

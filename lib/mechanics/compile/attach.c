@@ -293,7 +293,7 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
         r->joint_force = effect->joint_force;
         r->wrench_derivatives = KT_IF_JACOBIAN(effect->wrench_derivatives);
         r->joint_force_derivatives = KT_IF_JACOBIAN(effect->joint_force_derivatives);
-        r->corner = effect->corner;
+        r->breakpoint = effect->breakpoint;
         r->user = effect->user;
         if (effect->name)
             r->name = kt_model_keep_text(m, text, effect->name);

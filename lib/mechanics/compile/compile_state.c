@@ -84,7 +84,7 @@ kt_status kt_attach_fill_states(const kt_attach *a, kt_model *m, size_t *number,
                                 .source = (int32_t)(law < 0 ? i : law),
                                 .name = kt_model_keep_text(m, text, state->name),
                                 .law_rate = (int32_t)of + 1,
-                                .corner = rate.corner,
+                                .breakpoint = rate.breakpoint,
                                 .user = rate.user};
         m->v0[m->n.v + (size_t)i] = state->initial;
         status = kt_attach_fill_formulas(a, m, &rate, r, number, variable, part, error);

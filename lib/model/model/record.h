@@ -313,7 +313,7 @@ typedef struct kt_effect_record {
     kt_effect_joint_force_callback *joint_force;
     kt_effect_wrench_derivatives_callback *wrench_derivatives;
     kt_effect_joint_force_derivatives_callback *joint_force_derivatives;
-    kt_corner_callback *corner;
+    kt_breakpoint_callback *breakpoint;
     void *user;
 #define KT_EFFECT_DECLARE(member) double member;
     KT_EFFECT_NUMBERS(KT_EFFECT_DECLARE)

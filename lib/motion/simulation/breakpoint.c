@@ -122,16 +122,16 @@ static breakpoint next_breakpoint(kt_simulation *simulation, double t) {
     for (size_t k = 0; k < effects; k++) {
         const kt_effect_record *effect = k >= loops && (k - loops) % 3 == 2 ? &model->effect[(k - loops) / 3] : NULL;
         meet_curve(simulation, &first, t, curve_at(model, k), order_of_curve(model, k), speed_order_of_curve(model, k));
-        if (effect != NULL && effect->corner != NULL)
-            meet_breakpoint(&first, t, effect->corner(effect->user, t), true);
+        if (effect != NULL && effect->breakpoint != NULL)
+            meet_breakpoint(&first, t, effect->breakpoint(effect->user, t), true);
     }
     for (size_t i = 0; i < model->n.x; i++)
-        if (model->state[i].corner != NULL)
-            meet_breakpoint(&first, t, model->state[i].corner(model->state[i].user, t), true);
+        if (model->state[i].breakpoint != NULL)
+            meet_breakpoint(&first, t, model->state[i].breakpoint(model->state[i].user, t), true);
     for (size_t k = effects; k < curves_of(model); k++)
         meet_curve(simulation, &first, t, curve_at(model, k), order_of_curve(model, k), -1);
-    if (simulation->options.corner != NULL)
-        meet_breakpoint(&first, t, simulation->options.corner(simulation->options.user, t), true);
+    if (simulation->options.breakpoint != NULL)
+        meet_breakpoint(&first, t, simulation->options.breakpoint(simulation->options.user, t), true);
     return first;
 }
 
@@ -145,9 +145,9 @@ bool kt_simulation_has_motion_breakpoints(const kt_model *model) {
 bool kt_simulation_has_breakpoints(const kt_model *model) {
     bool has = false;
     for (size_t i = 0; i < model->n.effect && !has; i++)
-        has = model->effect[i].corner != NULL;
+        has = model->effect[i].breakpoint != NULL;
     for (size_t i = 0; i < model->n.x && !has; i++)
-        has = model->state[i].corner != NULL;
+        has = model->state[i].breakpoint != NULL;
     for (size_t k = 0; k < curves_of(model) && !has; k++)
         has = kt_curve_has_breakpoints(curve_at(model, k));
     return has;

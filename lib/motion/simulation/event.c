@@ -133,10 +133,10 @@ static double next_event_breakpoint(kt_simulation *simulation, double t, size_t 
     for (size_t k = 0; k < simulation->event_count; k++) {
         const kt_event *event = &simulation->event[k];
         double *breakpoint = &simulation->event_search[k].breakpoint;
-        if (event->corner == NULL || !kt_event_is_watched(simulation, k))
+        if (event->breakpoint == NULL || !kt_event_is_watched(simulation, k))
             continue;
         if (!(t < *breakpoint))
-            *breakpoint = event->corner(event->user, t);
+            *breakpoint = event->breakpoint(event->user, t);
         if (*breakpoint > t && *breakpoint < next) {
             next = *breakpoint;
             *of = k;

@@ -317,9 +317,9 @@ double kt_simulation_record_time(const kt_simulation *simulation, int64_t k);
 /* The number of records: see kt_simulation_record_count. */
 double kt_record_intervals(double duration, double interval);
 
-/* Returns the first breakpoint after t of formulas of time alone, for kt_event.corner; HUGE_VAL: no such breakpoint.
- * The search shares its operations with all other searches of the run (breakpoint.c). A search that runs out of
- * operations is counted with its step. */
+/* Returns the first breakpoint after t of formulas of time alone, for kt_event.breakpoint; HUGE_VAL: no such
+ * breakpoint. The search shares its operations with all other searches of the run (breakpoint.c). A search that runs
+ * out of operations is counted with its step. */
 KT_INNER double kt_simulation_next_feature(kt_simulation *simulation, const kt_expression *const *parts, int count,
                                            double t);
 

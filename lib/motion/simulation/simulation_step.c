@@ -77,7 +77,7 @@ kt_simulation_counts kt_simulation_counts_of(const kt_simulation *simulation) {
                                    simulation->memory.cut,
                                    0};
     counts.iterations.capped += (uint32_t)from.capped;
-    counts.corners = simulation->memory.breakpoints;
+    counts.breakpoints = simulation->memory.breakpoints;
     return counts;
 }
 

@@ -307,7 +307,7 @@ void kt_simulation_follow_model(kt_simulation *simulation) {
     simulation->closes_loops =
         (simulation->groups > 0 || simulation->options.projection != NULL) && !simulation->options.unprojected;
     simulation->breakpoints.any =
-        adapts ? simulation->options.corner != NULL || breakpoints
+        adapts ? simulation->options.breakpoint != NULL || breakpoints
                : !simulation->steps_over_contacts && kt_simulation_has_motion_breakpoints(simulation->model);
     simulation->breakpoints.fixed = !adapts && breakpoints;
     simulation->watches_gaps = adapts && simulation->size.gap > 0;

@@ -49,8 +49,8 @@ kt_status kt_native_use(kt_native *native, const kt_model *model, kt_simulation_
                             (unsigned long long)native->structure, (unsigned long long)structure);
     const char *taken = options->transformation != NULL ? "transformation"
                         : options->acceleration != NULL ? "acceleration"
-                        : options->projection != NULL || options->corner != NULL || options->user != NULL ? "user"
-                                                                                                          : NULL;
+                        : options->projection != NULL || options->breakpoint != NULL || options->user != NULL ? "user"
+                                                                                                              : NULL;
     if (taken != NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, taken,
                             "a generated file takes the place of functions of the caller, in tree coordinates; leave "
