@@ -234,7 +234,7 @@ static int take_page_record(const kt_record *record, void *user) {
     kt_marks_add(&page->marks, record);
     page->gap.position = larger_gap(page->gap.position, record->constraint.position);
     page->gap.velocity = larger_gap(page->gap.velocity, record->constraint.velocity);
-    kt_host_progress(record->time);
+    kt_host_progress(record->t);
     if (record->event != NULL && !record->event->stop)
         return 0;
     return kt_motion_take(page->motion, record, kt_columns_evaluate(&page->columns, record));

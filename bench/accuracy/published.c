@@ -126,7 +126,7 @@ static const double *row_at(const table *known, double t) {
 
 static int compare(const kt_record *record, void *user) {
     attempt *a = user;
-    const double *row = row_at(a->known, record->time);
+    const double *row = row_at(a->known, record->t);
     if (!row)
         return 0;
     const double error = a->about->error(a->model, record, row, &a->lost);

@@ -81,8 +81,8 @@ static double turning(const kt_events_problem *p, int which, double t) {
 
 /* The load turns on the motor. */
 static int see(const kt_record *record, void *user) {
-    kt_events_see(user, 0, record->time, record->v[0]);
-    kt_events_see(user, 1, record->time, record->v[0] + record->v[1]);
+    kt_events_see(user, 0, record->t, record->v[0]);
+    kt_events_see(user, 1, record->t, record->v[0] + record->v[1]);
     return 0;
 }
 

@@ -63,7 +63,7 @@ static double sinking(const kt_events_problem *p, int body, double t) {
 /* ---- this engine ------------------------------------------------------------------------------------------------- */
 
 static int see(const kt_record *record, void *user) {
-    kt_events_see(user, 0, record->time, record->q[KT_COIN_HEIGHT]);
+    kt_events_see(user, 0, record->t, record->q[KT_COIN_HEIGHT]);
     return 0;
 }
 

@@ -511,7 +511,7 @@ static int see_record(const kt_record *record, void *user) {
     const kt_events_problem *p = s->watch->problem;
     for (int i = 0; i < p->body_count; i++) {
         const int link = s->along[i][p->axis];
-        kt_events_see(s->watch, i, record->time, link >= 0 ? record->q[link] : p->body[i].at[p->axis]);
+        kt_events_see(s->watch, i, record->t, link >= 0 ? record->q[link] : p->body[i].at[p->axis]);
     }
     return 0;
 }

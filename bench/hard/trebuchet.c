@@ -83,7 +83,7 @@ void kt_trebuchet_see(kt_events_watch *watch, double t, const double ball[4]) {
 /* Records of events are not at milliseconds. */
 static int see(const kt_record *record, void *user) {
     if (record->event == NULL)
-        kt_trebuchet_see(user, record->time, (double[4]){record->q[2], record->q[3], record->v[2], record->v[3]});
+        kt_trebuchet_see(user, record->t, (double[4]){record->q[2], record->q[3], record->v[2], record->v[3]});
     return 0;
 }
 

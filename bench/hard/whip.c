@@ -185,8 +185,8 @@ static double caught(const kt_events_problem *p, int which, double t) {
 static int see(const kt_record *record, void *user) {
     double x, y;
     kt_whip_tip(record->q, &x, &y);
-    kt_events_see(user, 0, record->time, x);
-    kt_events_see(user, 1, record->time, y);
+    kt_events_see(user, 0, record->t, x);
+    kt_events_see(user, 1, record->t, y);
     return 0;
 }
 

@@ -18,7 +18,7 @@ static double stepped(const kt_events_problem *p, int body, double t) {
 /* Once a period the bird passes the angle of the start ("section") while the sleeve slides. */
 static int see(const kt_record *record, void *user) {
     if (record->index == KT_INDEX_EVENT && record->v[0] < -0.3)
-        kt_pecks_see(user, record->time);
+        kt_pecks_see(user, record->t);
     return 0;
 }
 

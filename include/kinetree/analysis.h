@@ -365,7 +365,7 @@ enum {
 
 /* One mode at one of the states. */
 typedef struct kt_spectrum_mode {
-    double time;         /* time of the state, s */
+    double t;            /* time of the state, s */
     kt_mode mode;        /* the mode at that state */
     const double *moves; /* amplitude of each velocity coordinate of the model in the mode, over its unit
                             (kt_linear_system), the largest 1. The array has nv numbers and is valid as long as the
@@ -469,7 +469,7 @@ KT_API void kt_mode_watch_add(kt_mode_watch *watch, double t, const double *q, c
 
 /* A state, and the estimated rate of its fastest mode. */
 typedef struct kt_fast_state {
-    double time, rate;   /* s; |lambda|, 1/s, 0 if no rate has been found */
+    double t, rate;      /* s; |lambda|, 1/s, 0 if no rate has been found */
     const double *q, *v; /* nq; nv; they belong to the watch */
 } kt_fast_state;
 

@@ -87,7 +87,7 @@ typedef enum kt_record_index {
  * projected. */
 typedef struct kt_record {
     int64_t index;                /* k; negative: of an event (kt_record_index) */
-    double time;                  /* s: k * interval, the duration for the last one, or the time of an event */
+    double t;                     /* s: k * interval, the duration for the last one, or the time of an event */
     const struct kt_event *event; /* the event of this record; NULL: the record is one of those at k * interval */
     const double *q;              /* nq */
     const double *v;              /* nv */

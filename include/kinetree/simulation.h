@@ -1,7 +1,7 @@
 /* Simulation: steps, inputs, events, records and checkpoints. Its settings are a run (run.h).
  *
  *     static int print_record(const kt_record *record, void *user) {
- *         return fprintf((FILE *)user, "%g s: %g\n", record->time, record->q[0]) < 0;
+ *         return fprintf((FILE *)user, "%g s: %g\n", record->t, record->q[0]) < 0;
  *     }
  *
  * and with a model

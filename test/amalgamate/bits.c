@@ -24,7 +24,7 @@ static void print_bits(const char *what, const double *values, int count) {
 }
 
 static void print_record(const kt_model *model, const kt_record *record) {
-    const double energies[] = {record->time, record->kinetic, record->potential};
+    const double energies[] = {record->t, record->kinetic, record->potential};
     print_bits("time, energies", energies, 3);
     print_bits("q", record->q, kt_model_nq(model));
     print_bits("v", record->v, kt_model_nv(model));

@@ -315,7 +315,7 @@ KT_TEST(motion_is_looked_at_adaptively_whatever_the_run_asks_for) {
     check_along(spectrum, &run, "an unknown method");
     run.duration = 0.0; /* its start, three times */
     check_along(spectrum, &run, "no time");
-    kt_check_near("time", kt_spectrum_at(spectrum, kt_spectrum_count(spectrum) - 1).time, 0.0, 0.0);
+    kt_check_near("time", kt_spectrum_at(spectrum, kt_spectrum_count(spectrum) - 1).t, 0.0, 0.0);
     run.duration = (double)NAN;
     check_words("no duration", kt_spectrum_along(spectrum, &run, &e), &e, KT_ERROR_ARGUMENT, "must be zero or more");
     kt_check_equal_int("nothing is kept", kt_spectrum_samples(spectrum), 0);

@@ -146,7 +146,7 @@ static kt_energy_watch watch_of(kt_energetics energetics) {
 /* A record with these energies; works NaN where they are not recorded. */
 static void add(kt_energy_watch *watch, double time, double kinetic, double potential, double dissipated,
                 double supplied) {
-    kt_record record = {.time = time, .kinetic = kinetic, .potential = potential};
+    kt_record record = {.t = time, .kinetic = kinetic, .potential = potential};
     record.work = (kt_work){dissipated, supplied};
     record.estimate = (kt_work_estimate){(double)NAN, (double)NAN, (double)NAN};
     kt_energy_watch_add(watch, &record);
@@ -162,7 +162,7 @@ KT_TEST(estimated_works_are_believed_up_to_their_uncertainty) {
         kt_record record = {.kinetic = 10.0, .work = {none, none}, .estimate = {0.0, 0.0, 0.0}};
         kt_energy_watch_add(&watch, &record);
         record =
-            (kt_record){.time = 1.0, .kinetic = 8.0 - missing[i], .work = {none, none}, .estimate = {2.0, 0.5, 10.0}};
+            (kt_record){.t = 1.0, .kinetic = 8.0 - missing[i], .work = {none, none}, .estimate = {2.0, 0.5, 10.0}};
         kt_energy_watch_add(&watch, &record);
         kt_check_true("estimated", watch.has_estimate && !watch.has_balance);
         kt_check_near("imbalance", watch.balance_change, missing[i], 1e-14);

@@ -167,5 +167,5 @@ KT_TEST(singular_states_of_a_motion_are_left_out) {
     kt_spectrum *spectrum = kt_test_spectrum(l.model, 3);
     kt_need_fine("along", kt_spectrum_along(spectrum, &run, &e), &e);
     kt_check_equal_int("states", kt_spectrum_samples(spectrum), 2);
-    kt_check_near("the first of them", kt_spectrum_at(spectrum, 0).time, 0.1, 1e-15);
+    kt_check_near("the first of them", kt_spectrum_at(spectrum, 0).t, 0.1, 1e-15);
 }

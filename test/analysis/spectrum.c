@@ -34,7 +34,7 @@ KT_TEST(modes_of_a_train_are_those_of_its_closed_form_at_every_state) {
         const int j = 5 - i % 5, third = i / 5; /* the fastest first */
         const kt_complex exact = train_eigenvalue(&t, j);
         double shape[TRAIN_MAX], most = 0.0;
-        kt_worst_near(&times, at.time, 2.0 * third / 3.0, 1e-15, "mode %d", i);
+        kt_worst_near(&times, at.t, 2.0 * third / 3.0, 1e-15, "mode %d", i);
         kt_worst_below(&lambda, hypot(at.mode.real - exact.re, at.mode.imaginary - exact.im), 1e-11, "mode %d", i);
         train_shape(&t, j, shape);
         for (int k = 0; k < 5; k++)

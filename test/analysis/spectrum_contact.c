@@ -24,7 +24,7 @@ static kt_spectrum *spectrum_of_text(const char *text, int samples, kt_scene *sc
 static int modes_at(const kt_spectrum *spectrum, double time, kt_mode *first) {
     int count = 0;
     for (int i = kt_spectrum_count(spectrum) - 1; i >= 0; i--)
-        if (fabs(kt_spectrum_at(spectrum, i).time - time) < 1e-12) {
+        if (fabs(kt_spectrum_at(spectrum, i).t - time) < 1e-12) {
             *first = kt_spectrum_at(spectrum, i).mode;
             count++;
         }

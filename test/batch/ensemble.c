@@ -57,7 +57,7 @@ static kt_status set_gravity(member *m) {
 
 static int take(const kt_record *record, void *user) {
     member *m = user;
-    const double numbers[] = {record->time, record->kinetic, record->potential};
+    const double numbers[] = {record->t, record->kinetic, record->potential};
     static const double push[KT_TREE_NV] = {0.5, -0.5, 0.25};
     add_numbers(&m->outcome.hash, numbers, 3);
     add_numbers(&m->outcome.hash, record->q, (size_t)kt_model_nq(record->model));

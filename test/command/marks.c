@@ -7,7 +7,7 @@
 /* A record of a contact's event, after `transitions` impacts. */
 static void add(kt_marks *marks, const char *name, double time, uint64_t transitions) {
     const kt_event event = {.name = name};
-    const kt_record record = {.time = time, .event = &event, .index = KT_INDEX_CONTACT};
+    const kt_record record = {.t = time, .event = &event, .index = KT_INDEX_CONTACT};
     const kt_contact_counts seen = {.impacts = transitions};
     kt_marks_add_contact(marks, &record, &seen);
 }

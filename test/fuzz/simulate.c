@@ -37,11 +37,11 @@ typedef struct heard {
 static int record(const kt_record *r, void *user) {
     heard *h = user;
     kt_fuzz_must(h->count == 0 || r->index == h->index + 1, "records come in order");
-    kt_fuzz_must(h->count == 0 || r->time > h->time, "their times rise");
+    kt_fuzz_must(h->count == 0 || r->t > h->time, "their times rise");
     kt_fuzz_must(kt_fuzz_all_finite(r->q, kt_model_nq(h->model)) && kt_fuzz_all_finite(r->v, kt_model_nv(h->model)),
                  "recorded states are finite");
     kt_fuzz_must(r->a == NULL || kt_fuzz_all_finite(r->a, kt_model_nv(h->model)), "recorded accelerations are finite");
-    h->time = r->time;
+    h->time = r->t;
     h->index = r->index;
     return ++h->count > 2 * RECORDS ? 1 : 0;
 }

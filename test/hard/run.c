@@ -180,7 +180,7 @@ typedef struct follower {
 
 static int watch_record(const kt_record *record, void *user) {
     const follower *f = user;
-    const kt_hard_view view = kt_hard_look(f->h, record->data, record->time);
+    const kt_hard_view view = kt_hard_look(f->h, record->data, record->t);
     f->motion->watch(f->watch, &view);
     f->watch->count++;
     return 0;

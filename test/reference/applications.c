@@ -42,7 +42,7 @@ typedef struct blades {
 static int follow_blades(const kt_record *record, void *user) {
     blades *b = user;
     /* coordinates: hub, flap and lag of each blade; the first one flaps, the second one lags */
-    const double flap = record->q[1], lag = record->q[4], t = record->time;
+    const double flap = record->q[1], lag = record->q[4], t = record->t;
     kt_worst_near(&b->error[0], flap / b->size, cos(b->flap * b->omega * t), 4e-8, "t = %g", t);
     kt_worst_near(&b->error[1], lag / b->size, cos(b->lag * b->omega * t), 4e-7, "t = %g", t);
     return 0;
@@ -88,9 +88,9 @@ static int follow_tether(const kt_record *record, void *user) {
     const kt_vec3 along = kt_vec3_sub(b, a), middle = kt_vec3_add(kt_vec3_scale(500.0, a), kt_vec3_scale(50.0, b));
     const double angle = atan2(kt_vec3_cross(middle, along).z, kt_vec3_dot(middle, along));
     if (record->index > 0 && l->last < 0.0 && angle >= 0.0 && l->count < COUNT_OF(l->crossing))
-        l->crossing[l->count++] = record->time - (record->time - l->before) * angle / (angle - l->last);
+        l->crossing[l->count++] = record->t - (record->t - l->before) * angle / (angle - l->last);
     l->shortest = record->index == 0 ? 1e9 : fmin(l->shortest, kt_vec3_norm(along) - 2e4);
-    l->before = record->time;
+    l->before = record->t;
     l->last = angle;
     return 0;
 }
@@ -136,7 +136,7 @@ static int follow_ball(const kt_record *record, void *user) {
     const double momentum = r * v[0] + 0.4 * r * r * v[4]; /* about y, which the body turns about from first to last */
     if (record->index == 0)
         b->start = momentum;
-    kt_worst_near(&b->momentum, momentum, b->start, 2e-16, "t = %g", record->time);
+    kt_worst_near(&b->momentum, momentum, b->start, 2e-16, "t = %g", record->t);
     b->slip = v[0] - r * v[4];
     b->speed = v[0];
     return 0;
@@ -196,8 +196,7 @@ static int follow_gear(const kt_record *record, void *user) {
     const kt_mat3 axes = kt_body_pose(g->c->model, record->data, leg).rotation;
     const double expected = spin * w * p;
     g->most = fmax(g->most, fabs(expected));
-    kt_worst_near(&g->moment, kt_vec3_dot(record->reactions[leg].moment, axes.z), expected, 2e-12, "t = %g",
-                  record->time);
+    kt_worst_near(&g->moment, kt_vec3_dot(record->reactions[leg].moment, axes.z), expected, 2e-12, "t = %g", record->t);
     return 0;
 }
 
@@ -223,7 +222,7 @@ static int follow_circle(const kt_record *record, void *user) {
     circle *s = user;
     const kt_vec3 tip = point_of(s->c, record, "tool", "tip");
     const double radial = hypot(tip.x - 0.42, tip.y) - 0.12, high = tip.z - 0.12;
-    kt_worst_below(&s->off, hypot(radial, high), 1.5e-3, "t = %g", record->time);
+    kt_worst_below(&s->off, hypot(radial, high), 1.5e-3, "t = %g", record->t);
     return 0;
 }
 

@@ -28,7 +28,7 @@ KT_TEST(shafts_at_forty_degrees_turn_alike) {
 static double speed_error(const kt_case *c, const kt_record *record, const void *about) {
     (void)about;
     const double pi = 3.14159265358979323846, inertia = 0.5 * 2.0 * 0.04 * 0.04 + 0.5 * 8.0 * 0.25 * 0.25;
-    const double speed = 10.0 + 2.0 / pi * (1.0 - cos(3.0 * pi * record->time)) / inertia;
+    const double speed = 10.0 + 2.0 / pi * (1.0 - cos(3.0 * pi * record->t)) / inertia;
     return fabs(kt_closed_v(c, record, "wheel") - speed);
 }
 
@@ -44,7 +44,7 @@ KT_TEST(motor_turns_both_shafts_as_one) {
  * and the angle is s / L. */
 static double helix_error(const kt_case *c, const kt_record *record, const void *about) {
     (void)about;
-    const double R = 0.6, h = 0.2, L = hypot(R, h), t = record->time;
+    const double R = 0.6, h = 0.2, L = hypot(R, h), t = record->t;
     const double angle = (sqrt(10.0) * t - 9.81 * h / (2.0 * L) * t * t) / L;
     const kt_vec3 at = kt_closed_place(c, record, "bead", "middle");
     return kt_vec3_norm(kt_vec3_sub(at, kt_vec3_make(R * cos(angle), R * sin(angle), h * angle)));

@@ -67,7 +67,7 @@ static double steady_speed(double alpha, double w) {
 
 static double disc_error(const kt_case *c, const kt_record *record, const void *about) {
     (void)about;
-    const double w = 1.5, alpha = kt_degrees(20.0), radius = steady_speed(alpha, w) / w, angle = w * record->time;
+    const double w = 1.5, alpha = kt_degrees(20.0), radius = steady_speed(alpha, w) / w, angle = w * record->t;
     const kt_vec3 at = kt_closed_place(c, record, "steady", "middle");
     return kt_vec3_norm(
         kt_vec3_sub(at, kt_vec3_make(radius * sin(angle), -radius * (1.0 - cos(angle)), 0.2 * cos(alpha))));
@@ -87,7 +87,7 @@ KT_TEST(leaning_disc_rolls_round_its_circle) {
  */
 static double skate_error(const kt_case *c, const kt_record *record, const void *about) {
     (void)about;
-    const double w = 2.0, t = record->time, alpha = kt_degrees(10.0);
+    const double w = 2.0, t = record->t, alpha = kt_degrees(10.0);
     const double pull = 9.81 * sin(alpha);
     const double x = pull / (4.0 * w * w) * (1.0 - cos(2.0 * w * t));
     const double y = pull / (2.0 * w) * (t - sin(2.0 * w * t) / (2.0 * w));

@@ -25,7 +25,7 @@ static double tips_error(const kt_case *c, const kt_record *record, const void *
     double worst = 0.0;
     if (record->index == 0)
         *k->now = k->start;
-    kt_upright_move(k->now, (long double)record->time);
+    kt_upright_move(k->now, (long double)record->t);
     for (int i = 0; i <= k->windows; i++) {
         char crank[16];
         snprintf(crank, sizeof crank, "crank%d", i);

@@ -46,7 +46,7 @@ typedef struct swing {
 static double swing_error(const kt_case *c, const kt_record *record, const void *about) {
     const swing *s = about;
     const double k = sin(0.5 * s->start);
-    const jacobi j = jacobi_at(sqrt(s->squared_frequency) * record->time, k * k);
+    const jacobi j = jacobi_at(sqrt(s->squared_frequency) * record->t, k * k);
     (void)c;
     return fabs(record->q[0] - 2.0 * asin(k * j.cn / j.dn));
 }
@@ -104,7 +104,7 @@ static double top_error(const kt_case *c, const kt_record *record, const void *a
     const top *p = about;
     const double *q = record->q + kt_case_q(c, p->body);
     const double u = p->side * kt_mat3_from_quat(kt_quat_make(q[0], q[1], q[2], q[3])).z.z;
-    return fabs(u - height(p, record->time));
+    return fabs(u - height(p, record->t));
 }
 
 KT_TEST(lagrange_top_nutates_as_elliptic_functions_say) {
@@ -158,7 +158,7 @@ KT_TEST(spherical_pendulum_keeps_energy_and_vertical_momentum) {
  * x = p t + x0, constants as in data/free_rigid_body.json. */
 static double flip_error(const kt_case *c, const kt_record *record, const void *about) {
     const double a1 = 5.00000999999000002, a3 = 2.8867686664042432989, p = 2.8867686664042432989;
-    const jacobi j = jacobi_at(p * record->time + 6.5958653803444946057, 0.99999200009599884801);
+    const jacobi j = jacobi_at(p * record->t + 6.5958653803444946057, 0.99999200009599884801);
     const double *w = record->v + 3;
     (void)c;
     (void)about;

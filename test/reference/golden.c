@@ -54,7 +54,7 @@ static int hash_record(const kt_record *r, void *user) {
     const kt_model *model = h->model;
     const double numbers[] = {r->kinetic,       r->potential,           r->work.dissipated,
                               r->work.supplied, r->constraint.position, r->constraint.velocity};
-    hash(&h->motion, &r->time, 1);
+    hash(&h->motion, &r->t, 1);
     hash(&h->motion, r->q, (size_t)kt_model_nq(model));
     hash(&h->motion, r->v, (size_t)kt_model_nv(model));
     hash(&h->motion, r->x, (size_t)kt_auxiliary_state_count(model));

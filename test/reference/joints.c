@@ -20,7 +20,7 @@ static kt_vec3 marker_position(const kt_case *c, const kt_record *record, const 
 
 /* A circle at 30 degrees below the pivot, W = sqrt(g / (l cos(theta))): the place of the bob. */
 static double cone_error(const kt_case *c, const kt_record *record, const void *about) {
-    const double theta = kt_degrees(30.0), w = sqrt(g / cos(theta)), t = record->time;
+    const double theta = kt_degrees(30.0), w = sqrt(g / cos(theta)), t = record->t;
     const kt_vec3 bob = marker_position(c, record, "string", "bob");
     (void)about;
     return kt_vec3_norm(kt_vec3_sub(bob, kt_vec3_make(-sin(theta) * cos(w * t), sin(theta) * sin(w * t), -cos(theta))));
@@ -43,7 +43,7 @@ KT_TEST(conical_pendulum_goes_round_in_a_circle) {
  * rounding adds up to 2.5e-13 rad. The worst case is 4e-12 rad. */
 static double nut_error(const kt_case *c, const kt_record *record, const void *about) {
     const double m = 1.5, radius = 0.08, p = 0.06 / kt_degrees(360.0), inertia = 0.5 * m * radius * radius;
-    const double t = record->time, angle = -0.5 * m * g * p / (inertia + m * p * p) * t * t;
+    const double t = record->t, angle = -0.5 * m * g * p / (inertia + m * p * p) * t * t;
     const kt_vec3 rim = marker_position(c, record, "nut", "rim");
     (void)about;
     return fmax(fabs(record->q[0] - angle), fabs(rim.z - p * angle) / p);
@@ -59,7 +59,7 @@ KT_TEST(nut_sinks_on_its_screw_with_constant_acceleration) {
 /* The centre of mass draws a parabola, and the spin of 12 rad/s stays. The distance of this centre from the middle is
  *     d = 0.3 * 0.05 / 0.8 m. */
 static double puck_error(const kt_case *c, const kt_record *record, const void *about) {
-    const double d = 0.3 * 0.05 / 0.8, spin = 12.0, t = record->time, slope = g * sin(kt_degrees(10.0));
+    const double d = 0.3 * 0.05 / 0.8, spin = 12.0, t = record->t, slope = g * sin(kt_degrees(10.0));
     const double x = d + 0.3 * t, y = (1.5 + spin * d) * t - 0.5 * slope * t * t;
     const double *q = record->q;
     (void)c;
@@ -79,7 +79,7 @@ KT_TEST(puck_draws_loops_about_a_parabola) {
 /* The slide is independent of the swing. For any motion of the swing,
  *     s = t - g cos(40 deg) t^2 / 2. */
 static double slide_error(const kt_case *c, const kt_record *record, const void *about) {
-    const double t = record->time;
+    const double t = record->t;
     (void)c;
     (void)about;
     return fabs(record->q[1] - (t - 0.5 * g * cos(kt_degrees(40.0)) * t * t));

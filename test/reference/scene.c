@@ -79,7 +79,7 @@ typedef struct follower {
 static int follow(const kt_record *record, void *user) {
     follower *f = user;
     f->last = f->error_of(f->c, record, f->about);
-    kt_worst_below(&f->error, f->last, f->bound, "t = %g", record->time);
+    kt_worst_below(&f->error, f->last, f->bound, "t = %g", record->t);
     return 0;
 }
 
@@ -129,7 +129,7 @@ static int keep(const kt_record *record, void *user) {
     if (record->index == 0)
         memcpy(k->start, now, sizeof now);
     for (int i = 0; i < k->count; i++)
-        kt_worst_near(&k->change[i], now[i], k->start[i], k->scale[i] * k->bound, "t = %g", record->time);
+        kt_worst_near(&k->change[i], now[i], k->start[i], k->scale[i] * k->bound, "t = %g", record->t);
     return 0;
 }
 
@@ -187,7 +187,7 @@ static int keep_or_compare(const kt_record *record, void *user) {
         return -1;
     kt_position_subtract(model, record->q, q, difference);
     for (int i = 0; i < kt_model_nv(model); i++)
-        kt_worst_below(&kept->difference, fabs(difference[i]), kept->bound, "coordinate %d at t = %g", i, record->time);
+        kt_worst_below(&kept->difference, fabs(difference[i]), kept->bound, "coordinate %d at t = %g", i, record->t);
     return 0;
 }
 

@@ -79,10 +79,10 @@ typedef struct comparison {
  * ignored. */
 static int compare(const kt_record *record, void *user) {
     comparison *k = user;
-    if (k->row >= k->table->rows || fabs(record->time - k->table->t[k->row]) > 1e-12 * (1.0 + record->time))
+    if (k->row >= k->table->rows || fabs(record->t - k->table->t[k->row]) > 1e-12 * (1.0 + record->t))
         return 0;
     kt_worst_below(&k->error, k->error_of(k->c, record, k->table->value + k->row * k->table->columns), k->bound,
-                   "t = %g", record->time);
+                   "t = %g", record->t);
     k->row++;
     return 0;
 }

@@ -13,7 +13,7 @@ static int flight_invariants(const kt_case *c, const kt_record *record, double *
     kt_vec3 center;
     const double mass = kt_mass_center(c->model, record->data, &center);
     const kt_wrench momentum = kt_momentum(c->model, record->data);
-    const kt_vec3 impulse = kt_vec3_scale(mass * record->time, kt_model_gravity(c->model));
+    const kt_vec3 impulse = kt_vec3_scale(mass * record->t, kt_model_gravity(c->model));
     const kt_vec3 linear = kt_vec3_sub(momentum.force, impulse);
     const kt_vec3 angular = kt_vec3_sub(momentum.moment, kt_vec3_cross(center, momentum.force));
     out[0] = record->kinetic + record->potential;
@@ -37,7 +37,7 @@ typedef struct path {
 
 static double path_error(const kt_case *c, const kt_record *record, const void *about) {
     const path *p = about;
-    const double t = record->time;
+    const double t = record->t;
     kt_vec3 center;
     (void)kt_mass_center(c->model, record->data, &center);
     const kt_vec3 fallen = kt_vec3_scale(0.5 * t * t, kt_model_gravity(c->model));

@@ -86,7 +86,7 @@ typedef struct precession {
 
 static double precession_error(const kt_case *c, const kt_record *record, const void *about) {
     const precession *p = about;
-    const double theta = kt_degrees(30.0), spin = 50.0, t = record->time;
+    const double theta = kt_degrees(30.0), spin = 50.0, t = record->t;
     const double own = (spin - p->rate * cos(theta)) * t;
     const kt_quat round = kt_quat_make(cos(0.5 * p->rate * t), 0.0, 0.0, sin(0.5 * p->rate * t));
     const kt_quat tilt = kt_quat_make(cos(0.5 * theta), sin(0.5 * theta), 0.0, 0.0);

@@ -43,7 +43,7 @@ static int see(const kt_record *record, void *user) {
     events_seen *seen = user;
     if (record->event == NULL || seen->count == 2)
         return 0;
-    seen->time = record->time;
+    seen->time = record->t;
     seen->x[seen->count][0] = record->q[0];
     seen->x[seen->count][1] = record->v[0];
     seen->k[seen->count++] = record->x[0];

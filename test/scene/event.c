@@ -43,7 +43,7 @@ static int keep(const kt_record *record, void *user) {
     rows *r = user;
     if (record->event == NULL || r->count == 16)
         return 0;
-    r->time[r->count] = record->time;
+    r->time[r->count] = record->t;
     r->name[r->count++] = record->event->name;
     return 0;
 }

@@ -44,7 +44,7 @@ static void begin(featured *f, const char *force, const char *formula, double le
 static int keep(const kt_record *record, void *user) {
     featured *f = user;
     if (record->event != NULL && f->count < MOST)
-        f->times[f->count++] = record->time;
+        f->times[f->count++] = record->t;
     return 0;
 }
 

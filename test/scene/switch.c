@@ -288,10 +288,10 @@ static int watch_pecking(const kt_record *record, void *user) {
     const double total = record->kinetic + record->potential + record->work.dissipated - record->work.supplied;
     p->balance[0] = record->index == 0 ? total : p->balance[0];
     p->balance[1] = fmax(p->balance[1], fabs(total - p->balance[0]));
-    if (record->time > 1.0)
+    if (record->t > 1.0)
         p->least = fmin(p->least, record->q[3] / 0.015);
     if (record->index == KT_INDEX_EVENT && record->v[0] < -0.3 && p->passes < ROWS) {
-        p->time[p->passes++] = record->time;
+        p->time[p->passes++] = record->t;
         p->fall = record->v[0];
         p->turn = record->v[3] / 0.015;
     }

@@ -29,7 +29,7 @@ static int keep(const kt_record *record, void *user) {
     if (record->event == NULL || r->count == ROWS)
         return 0;
     r->name[r->count] = record->event->name;
-    r->time[r->count] = record->time;
+    r->time[r->count] = record->t;
     r->set[r->count] = kt_switch_set(record->model);
     memcpy(r->q[r->count], record->q, (size_t)r->nq * sizeof(double));
     memcpy(r->v[r->count], record->v, (size_t)r->nv * sizeof(double));

@@ -123,7 +123,7 @@ static double angle_of(int spinner, double t) {
 static int watch_spin(const kt_record *record, void *user) {
     spin *s = user;
     for (int i = 0; i < SPINNERS; i++) /* the bound is five times the error measured with these coarse steps */
-        kt_worst_near(&s->angle, record->q[s->at[i]], angle_of(i, record->time), 9e-4, "t = %g, %d", record->time, i);
+        kt_worst_near(&s->angle, record->q[s->at[i]], angle_of(i, record->t), 9e-4, "t = %g, %d", record->t, i);
     return 0;
 }
 
@@ -169,13 +169,12 @@ static kt_model *make_balls(kt_body *bodies, kt_absolute **absolute) {
 }
 
 static int watch_balls(const kt_record *record, void *user) {
-    const double half = 5.0 * record->time;
+    const double half = 5.0 * record->t;
     for (int i = 0; i < BALLS; i++) {
         const double *p = record->q + (i < 3 ? 4 * i : 15);
-        kt_worst_near(user, p[0], cos(half), 2e-13, "t = %g, ball %d", record->time, i);
+        kt_worst_near(user, p[0], cos(half), 2e-13, "t = %g, ball %d", record->t, i);
         for (int k = 0; k < 3; k++)
-            kt_worst_near(user, p[1 + k], sin(half) * ball_axis[i][k], 2e-13, "t = %g, ball %d, %d", record->time, i,
-                          k);
+            kt_worst_near(user, p[1 + k], sin(half) * ball_axis[i][k], 2e-13, "t = %g, ball %d, %d", record->t, i, k);
     }
     return 0;
 }

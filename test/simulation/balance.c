@@ -62,7 +62,7 @@ typedef struct compared {
 static int compare_free(const kt_record *r, void *user) {
     compared *it = user;
     const oscillator *o = it->o;
-    const double g = 0.5 * o->c / o->m, w0 = o->k / o->m, w = sqrt(w0 - g * g), t = r->time, fade = exp(-g * t);
+    const double g = 0.5 * o->c / o->m, w0 = o->k / o->m, w = sqrt(w0 - g * g), t = r->t, fade = exp(-g * t);
     const double x = it->x0 * fade * (cos(w * t) + g / w * sin(w * t)), v = -it->x0 * fade * w0 / w * sin(w * t);
     const double heat = 0.5 * o->k * (it->x0 * it->x0 - x * x) - 0.5 * o->m * v * v;
     kt_worst_near(&it->dissipated, r->work.dissipated, heat, 2e-11, "t = %g", t);
@@ -75,7 +75,7 @@ static int compare_free(const kt_record *r, void *user) {
 static int compare_driven(const kt_record *r, void *user) {
     compared *it = user;
     const oscillator *o = it->o;
-    const double w = o->w, t = r->time, real = o->k - o->m * w * w, imaginary = o->c * w;
+    const double w = o->w, t = r->t, real = o->k - o->m * w * w, imaginary = o->c * w;
     const double x = o->amplitude / sqrt(real * real + imaginary * imaginary), f = atan2(imaginary, real);
     const double in = 0.5 * o->amplitude * x * (w * t * sin(f) - 0.5 * (cos(2.0 * w * t - f) - cos(f)));
     const double out = 0.5 * o->c * x * x * w * (w * t + 0.5 * (sin(2.0 * (w * t - f)) + sin(2.0 * f)));

@@ -66,7 +66,7 @@ typedef struct outcome {
 static int take_energies(const kt_record *record, void *user) {
     outcome *o = user;
     const double balance = record->kinetic + record->potential + record->work.dissipated - record->work.supplied;
-    o->gain = record->index == 0 ? -balance : record->time < duration ? o->gain : o->gain + balance;
+    o->gain = record->index == 0 ? -balance : record->t < duration ? o->gain : o->gain + balance;
     o->speed = record->v[0];
     o->supplied = record->work.supplied;
     return 0;

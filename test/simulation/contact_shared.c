@@ -116,7 +116,7 @@ static int check_shares(const kt_record *record, void *user) {
     const double limit = friction[0].limit + friction[1].limit;
     for (int i = 0; i < 2; i++)
         kt_check_near("share of the load, N", record->multipliers[i],
-                      -amplitude * sin(rate * record->time) * friction[i].limit / limit, 1e-12);
+                      -amplitude * sin(rate * record->t) * friction[i].limit / limit, 1e-12);
     return 0;
 }
 
@@ -295,7 +295,7 @@ KT_TEST(car_starts_at_the_sum_of_the_frictions_of_its_wheels) {
 }
 
 static int count_record(const kt_record *record, void *user) {
-    *(int *)user += record->time >= 0.0;
+    *(int *)user += record->t >= 0.0;
     return 0;
 }
 

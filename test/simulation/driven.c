@@ -61,7 +61,7 @@ static int compare(const kt_record *record, void *user) {
     const size_t nq = (size_t)c->right->nq, nv = (size_t)c->right->nv;
     for (size_t i = 0; i < nq + nv; i++) /* both are closed states, so only rounding remains */
         kt_worst_near(&c->worst, i < nq ? record->q[i] : record->v[i - nq], right[i], i < nq ? 1e-14 : 1e-12,
-                      "%s[%zu] at %g s", i < nq ? "q" : "v", i < nq ? i : i - nq, record->time);
+                      "%s[%zu] at %g s", i < nq ? "q" : "v", i < nq ? i : i - nq, record->t);
     return 0;
 }
 
@@ -147,8 +147,7 @@ static int enter(const kt_record *record, void *user) {
     if (record->index == a->stop_at)
         return -1;
     a->works[record->index] = record->work.supplied;
-    kt_worst_near(a->worst, record->work.supplied, a->right(record->time), a->bound, "%s, %g s", a->method,
-                  record->time);
+    kt_worst_near(a->worst, record->work.supplied, a->right(record->t), a->bound, "%s, %g s", a->method, record->t);
     return 0;
 }
 
@@ -220,7 +219,7 @@ static const char toggle[] =
 
 /* The ram is lifted by 0.02 m at most, so cos(upper) >= 0.98. The bars are at most 0.21 rad from straight. */
 static int look_at_bars(const kt_record *record, void *user) {
-    kt_worst_below(user, fabs(record->q[0]), 0.21, "upper at %g s", record->time);
+    kt_worst_below(user, fabs(record->q[0]), 0.21, "upper at %g s", record->t);
     return 0;
 }
 

@@ -224,7 +224,7 @@ KT_TEST(turns_and_pulses_are_found_however_long_the_steps_are) {
         kt_simulation *simulation = simulate(model, &run, 2, 0);
         kt_note("%s", methods[m]);
         add(simulation, &(kt_event){.name = "turn", .function = sine, .action = count, .user = &t});
-        add(simulation, &(kt_event){.name = "pulse", .function = square_wave, .corner = edge_of_wave, .user = &middle});
+        add(simulation, &(kt_event){.name = "pulse", .function = square_wave, .breakpoint = edge_of_wave, .user = &middle});
         kt_test_advance(simulation, 28.0);
         kt_check_equal_int("turns", t.count, 62);
         for (int k = 0; k < t.count && k < 62; k += 20)
@@ -354,9 +354,9 @@ KT_TEST(equal_states_give_equal_bytes_with_events_that_are_off) {
 static int keep_events(const kt_record *record, void *user) {
     told *t = user;
     if (record->event != NULL)
-        note(t, record->time, record->v[0]);
+        note(t, record->t, record->v[0]);
     else
-        t->level = record->time; /* the last of the others */
+        t->level = record->t; /* the last of the others */
     return 0;
 }
 
@@ -464,7 +464,7 @@ typedef struct pausing {
 
 static int pause(const kt_record *record, void *user) {
     pausing *p = user;
-    note(&p->rows, record->time, record->v[0]);
+    note(&p->rows, record->t, record->v[0]);
     return p->pause_at >= 0 && p->taken++ >= p->pause_at ? 1 : 0;
 }
 

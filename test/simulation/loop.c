@@ -76,7 +76,7 @@ typedef struct kt_watch {
 
 static int watch(const kt_record *record, void *user) {
     kt_watch *w = user;
-    double t = record->time, u = record->q[w->left];
+    double t = record->t, u = record->q[w->left];
     if (record->index == 0)
         w->total = record->kinetic + record->potential;
     kt_worst_near(&w->angle, u, swing_angle(start, frequency(), t), w->bound, "t = %g", t);
@@ -196,8 +196,8 @@ static int check_reactions(const kt_record *record, void *user) {
     double ax = length * (ddu * cos(u) - du * du * sin(u)), ay = length * (ddu * sin(u) + du * du * cos(u));
     kt_vec3 sum = kt_vec3_add(record->reactions[w->right].force, record->loop_reactions[0].force);
     double scale = coupler * (9.81 + length * (du * du + fabs(ddu)));
-    kt_worst_near(&w->position, sum.x, coupler * ax, 64.0 * DBL_EPSILON * scale, "t = %g", record->time);
-    kt_worst_near(&w->velocity, sum.y, coupler * (ay + 9.81), 64.0 * DBL_EPSILON * scale, "t = %g", record->time);
+    kt_worst_near(&w->position, sum.x, coupler * ax, 64.0 * DBL_EPSILON * scale, "t = %g", record->t);
+    kt_worst_near(&w->velocity, sum.y, coupler * (ay + 9.81), 64.0 * DBL_EPSILON * scale, "t = %g", record->t);
     return 0;
 }
 

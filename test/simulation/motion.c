@@ -13,8 +13,8 @@ typedef struct kt_swing {
 
 static int check_swing(const kt_record *record, void *user) {
     kt_swing *swing = user;
-    kt_worst_near(&swing->angle, record->q[0], swing_angle(swing->start, sqrt(9.81), record->time), swing->bound,
-                  "t = %g", record->time);
+    kt_worst_near(&swing->angle, record->q[0], swing_angle(swing->start, sqrt(9.81), record->t), swing->bound, "t = %g",
+                  record->t);
     return 0;
 }
 
@@ -61,8 +61,8 @@ static int check_tumble(const kt_record *record, void *user) {
     const double *p = record->q + 3;
     double defect = fabs(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3] - 1.0);
     kt_vec3 change = kt_vec3_sub(momentum_of(record->q, record->v), t->momentum);
-    kt_worst_below(&t->unit, defect, 6.0 * DBL_EPSILON, "t = %g", record->time);
-    kt_worst_below(&t->direction, kt_vec3_norm(change), t->bound, "t = %g", record->time);
+    kt_worst_below(&t->unit, defect, 6.0 * DBL_EPSILON, "t = %g", record->t);
+    kt_worst_below(&t->direction, kt_vec3_norm(change), t->bound, "t = %g", record->t);
     return 0;
 }
 

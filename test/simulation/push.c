@@ -181,10 +181,10 @@ typedef struct kt_controller {
 static int control(const kt_record *record, void *user) {
     kt_controller *c = user;
     kt_error error;
-    double step_of_record = ceil(record->time / 0.5 - 1e-9); /* records at a step's end belong to it */
+    double step_of_record = ceil(record->t / 0.5 - 1e-9); /* records at a step's end belong to it */
     double expected = step_of_record <= 1.0 ? 0.0 : c->expected;
-    kt_worst_near(&c->acceleration, record->a[0], expected, 2.0 * DBL_EPSILON * 4.0, "t = %g", record->time);
-    if (record->time == 0.25)
+    kt_worst_near(&c->acceleration, record->a[0], expected, 2.0 * DBL_EPSILON * 4.0, "t = %g", record->t);
+    if (record->t == 0.25)
         (void)kt_fine("torque", kt_simulation_set_torque(c->simulation, &c->force, &error), &error);
     return 0;
 }

@@ -49,10 +49,10 @@ typedef struct compared {
 static int compare(const kt_record *record, void *user) {
     compared *c = user;
     double q[3], v[3];
-    c->motion(record->time, q, v);
+    c->motion(record->t, q, v);
     for (int k = 0; k < c->count; k++) {
-        kt_worst_near(&c->position, record->q[k], q[k], c->bound, "%d at %g s", k, record->time);
-        kt_worst_near(&c->velocity, record->v[k], v[k], 4.0 * c->bound, "%d at %g s", k, record->time);
+        kt_worst_near(&c->position, record->q[k], q[k], c->bound, "%d at %g s", k, record->t);
+        kt_worst_near(&c->velocity, record->v[k], v[k], 4.0 * c->bound, "%d at %g s", k, record->t);
     }
     return 0;
 }

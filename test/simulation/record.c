@@ -138,14 +138,14 @@ static int check_pendulum(const kt_record *record, void *user) {
     kt_worst *worst = user;
     double u = record->q[0], w = record->v[0], g = 9.81, scale = g + w * w;
     double pull = g * cos(u) + w * w; /* along (-sin u, cos u), and -g sin u across is the acceleration of the bob */
-    kt_worst_near(&worst[0], record->a[0], -g * sin(u), 4.0 * DBL_EPSILON * g, "t = %g", record->time);
-    kt_worst_near(&worst[1], record->kinetic, 0.5 * w * w, 8.0 * DBL_EPSILON * (1.0 + w * w), "t = %g", record->time);
-    kt_worst_near(&worst[2], record->potential, -g * cos(u), 4.0 * DBL_EPSILON * g, "t = %g", record->time);
+    kt_worst_near(&worst[0], record->a[0], -g * sin(u), 4.0 * DBL_EPSILON * g, "t = %g", record->t);
+    kt_worst_near(&worst[1], record->kinetic, 0.5 * w * w, 8.0 * DBL_EPSILON * (1.0 + w * w), "t = %g", record->t);
+    kt_worst_near(&worst[2], record->potential, -g * cos(u), 4.0 * DBL_EPSILON * g, "t = %g", record->t);
     kt_wrench joint = record->reactions[1];
-    kt_worst_near(&worst[3], joint.force.x, -pull * sin(u), 16.0 * DBL_EPSILON * scale, "t = %g", record->time);
-    kt_worst_near(&worst[4], joint.force.y, pull * cos(u), 16.0 * DBL_EPSILON * scale, "t = %g", record->time);
-    kt_worst_near(&worst[5], joint.moment.z, 0.0, 16.0 * DBL_EPSILON * scale, "t = %g", record->time);
-    kt_worst_near(&worst[6], record->constraint.position, 0.0, 0.0, "t = %g", record->time);
+    kt_worst_near(&worst[3], joint.force.x, -pull * sin(u), 16.0 * DBL_EPSILON * scale, "t = %g", record->t);
+    kt_worst_near(&worst[4], joint.force.y, pull * cos(u), 16.0 * DBL_EPSILON * scale, "t = %g", record->t);
+    kt_worst_near(&worst[5], joint.moment.z, 0.0, 16.0 * DBL_EPSILON * scale, "t = %g", record->t);
+    kt_worst_near(&worst[6], record->constraint.position, 0.0, 0.0, "t = %g", record->t);
     return 0;
 }
 
@@ -183,8 +183,8 @@ typedef struct kt_bob {
 static int check_bob(const kt_record *record, void *user) {
     kt_bob *bob = user;
     kt_vec3 at = kt_point_position(bob->model, record->data, 1, kt_vec3_make(0.0, -1.0, 0.0));
-    kt_worst_near(&bob->place, at.x, sin(record->q[0]), 2.0 * DBL_EPSILON, "t = %g", record->time);
-    kt_worst_near(&bob->place, at.y, -cos(record->q[0]), 2.0 * DBL_EPSILON, "t = %g", record->time);
+    kt_worst_near(&bob->place, at.x, sin(record->q[0]), 2.0 * DBL_EPSILON, "t = %g", record->t);
+    kt_worst_near(&bob->place, at.y, -cos(record->q[0]), 2.0 * DBL_EPSILON, "t = %g", record->t);
     return 0;
 }
 

@@ -110,7 +110,7 @@ int kt_keep(const kt_record *record, void *user) {
         memcpy(state + nq + nv, record->a, (size_t)nv * sizeof(double));
     if (nx > 0)
         memcpy(state + nq + 2 * nv, record->x, (size_t)nx * sizeof(double));
-    kept->time[kept->count] = record->time;
+    kept->time[kept->count] = record->t;
     kept->index[kept->count] = record->index;
     kept->energy[kept->count] = record->kinetic + record->potential;
     kept->count++;

@@ -86,7 +86,7 @@ static void add_bodies(numbers *n, const kt_model *model, const kt_data *data) {
 }
 
 static void collect(const kt_model *model, const kt_record *record, numbers *n) {
-    const double others[] = {record->time, record->kinetic, record->potential, record->constraint.position,
+    const double others[] = {record->t, record->kinetic, record->potential, record->constraint.position,
                              record->constraint.velocity};
     n->count = 0;
     add(n, record->q, kt_model_nq(model));
@@ -203,14 +203,12 @@ KT_TEST(sensors_show_to_the_bit_what_a_singular_position_does) {
     for (int k = 0; k < 5000; k++) {
         kt_need_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
         kt_need_fine("sense", kt_simulation_sense(simulation, &record, &error), &error);
-        kt_need_fine(
-            "reactions",
-            kt_reaction_evaluate(model, data, record.time, record.q, record.v, NULL, NULL, joints, loops, &error),
-            &error);
-        kt_need_fine(
-            "multipliers",
-            kt_multiplier_evaluate(model, data, record.time, record.q, record.v, NULL, NULL, multipliers, &error),
-            &error);
+        kt_need_fine("reactions",
+                     kt_reaction_evaluate(model, data, record.t, record.q, record.v, NULL, NULL, joints, loops, &error),
+                     &error);
+        kt_need_fine("multipliers",
+                     kt_multiplier_evaluate(model, data, record.t, record.q, record.v, NULL, NULL, multipliers, &error),
+                     &error);
         near += data->interpolated;
         differing += memcmp(multipliers, record.multipliers,
                             (size_t)kt_model_mobility(model).equations * sizeof *multipliers) != 0;
@@ -343,7 +341,7 @@ static void interrupt(const kt_model *model, bool looks, album *kept) {
     (void)kt_fine("torque", kt_simulation_set_torque(simulation, &other, &error), &error);
     if (looks && kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error)) {
         double a;
-        kt_check_near("time, s", record.time, kt_simulation_time(simulation), 0.0);
+        kt_check_near("time, s", record.t, kt_simulation_time(simulation), 0.0);
         (void)kt_fine("acceleration", kt_simulation_acceleration(simulation, &a, &error), &error);
         kt_check_equal_bits("acceleration under the next torque", record.a, &a, 1);
     }
@@ -374,7 +372,7 @@ static int reject(const kt_instant *at, double *rate, double *a, kt_error *error
 
 static int stop_at_once(const kt_record *record, void *user) {
     (void)user;
-    return record->time > 0.85;
+    return record->t > 0.85;
 }
 
 /* A slider comes to rest at 1 s, where its friction sticks. The run is interrupted at a record within the step that

@@ -41,7 +41,7 @@ static void add(digest *d, const void *bytes, size_t size) {
 
 static int take(const kt_record *record, void *user) {
     digest *d = user;
-    add(d, &record->time, sizeof record->time);
+    add(d, &record->t, sizeof record->t);
     add(d, record->q, (size_t)kt_model_nq(d->model) * sizeof(double));
     add(d, record->v, (size_t)kt_model_nv(d->model) * sizeof(double));
     add(d, record->a, (size_t)kt_model_nv(d->model) * sizeof(double));

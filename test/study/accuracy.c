@@ -116,7 +116,7 @@ static void exact(double t, double *angle, double *rate) {
 static int compare(const kt_record *record, void *user) {
     double *worst = user;
     double angle, rate;
-    exact(record->time, &angle, &rate);
+    exact(record->t, &angle, &rate);
     *worst = fmax(*worst, fabs(record->q[0] - angle));
     return 0;
 }

@@ -145,11 +145,11 @@ static bool is_left_out(const kt_accuracy_results *study, double t) {
 static int watch_own(const kt_record *record, void *user) {
     own_run *own = user;
     if (record->index == KT_INDEX_CONTACT) {
-        const bool is_new = own->contacts == 0 || record->time > own->times[own->contacts - 1];
+        const bool is_new = own->contacts == 0 || record->t > own->times[own->contacts - 1];
         if (is_new && own->contacts < 100)
-            own->times[own->contacts++] = record->time;
-    } else if (own->exact != NULL && !is_left_out(own->study, record->time)) {
-        own->error = fmax(own->error, fabs(record->q[0] - own->exact(record->time)));
+            own->times[own->contacts++] = record->t;
+    } else if (own->exact != NULL && !is_left_out(own->study, record->t)) {
+        own->error = fmax(own->error, fabs(record->q[0] - own->exact(record->t)));
     }
     return 0;
 }

@@ -30,7 +30,7 @@ static double event_value_of(const kt_record *record) {
     double value = (double)NAN;
     if (kt_data_create(record->model, &data, NULL) == KT_OK) {
         const kt_instant at = {
-            .model = record->model, .data = data, .t = record->time, .q = record->q, .v = record->v, .x = record->x};
+            .model = record->model, .data = data, .t = record->t, .q = record->q, .v = record->v, .x = record->x};
         if (record->event->function(&at, &value, NULL, record->event->user) != 0)
             value = (double)NAN;
     }
@@ -49,7 +49,7 @@ void kt_watch_event_jump(kt_outcome *outcome, const kt_record *record) {
         return;
     outcome->so_far.jumped |= UINT64_C(1) << event;
     const kt_warning warning =
-        kt_warning_at("event_jump", record->time, value, NULL,
+        kt_warning_at("event_jump", record->t, value, NULL,
                       "Give the event a `direction`, or compare sin and cos: y*cos(a) - x*sin(a) has no jump");
     kt_warn(&outcome->warnings, &warning,
             "event '%s' has happened at a jump of atan2, from pi to -pi: its formula is %.3g there, and not zero",

@@ -24,10 +24,9 @@ bool kt_find_excess(const kt_record *record, kt_error *error) {
     if (v < nv)
         (void)kt_error_set(error, KT_ERROR_STEP, NULL,
                            "t = %.9g s: the speed of joint '%s' is %.3g m/s or rad/s, above that of light (%.9g): %s",
-                           record->time, kt_name_column(record->model, v).text, fabs(record->v[v]), KT_SPEED_MOST,
-                           remedy);
+                           record->t, kt_name_column(record->model, v).text, fabs(record->v[v]), KT_SPEED_MOST, remedy);
     else if (x < states)
-        (void)kt_error_set(error, KT_ERROR_STEP, NULL, "t = %.9g s: the state '%s' is %.3g, above %g: %s", record->time,
+        (void)kt_error_set(error, KT_ERROR_STEP, NULL, "t = %.9g s: the state '%s' is %.3g, above %g: %s", record->t,
                            kt_auxiliary_state_name(record->model, x), record->x[x], KT_STATE_MOST, remedy);
     else
         return false;

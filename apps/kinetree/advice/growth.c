@@ -36,7 +36,7 @@ static double largest_of(const double *values, int count, double most) {
 }
 
 void kt_growth_add(kt_growth *growth, const kt_record *record, double duration) {
-    if (record->time > 0.5 * duration)
+    if (record->t > 0.5 * duration)
         return;
     growth->speed = largest_of(record->v, kt_model_nv(record->model), growth->speed);
     if (record->x != NULL)

@@ -23,7 +23,7 @@ void kt_half_turns_add(kt_half_turns *turns, kt_warnings *warnings, const kt_sce
         const double angle = kt_effect_coordinate(record->model, record->data, record->q, effect);
         const bool jumps = fabs(angle - turns->angle[k]) > pi;
         const kt_warning warning =
-            kt_warning_at("half_turn", record->time, angle, "rad",
+            kt_warning_at("half_turn", record->t, angle, "rad",
                           "Cut the loop at another joint, so that this one is a joint of the tree, which counts turns");
         turns->angle[k] = angle;
         if (!jumps || turns->reported[k] || loop < 0)
@@ -33,6 +33,6 @@ void kt_half_turns_add(kt_half_turns *turns, kt_warnings *warnings, const kt_sce
                 "the angle of loop '%s', in which a %s acts, has passed half a turn from its start by t = %.9g s and "
                 "jumped by a whole one, and the force with it",
                 scene->description.loops[loop].name, kt_effect_type_name(kt_effect_type_of(record->model, effect)),
-                record->time);
+                record->t);
     }
 }

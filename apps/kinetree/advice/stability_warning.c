@@ -40,7 +40,7 @@ static double rate_at(const kt_outcome *outcome, const kt_record *record) {
     const kt_model *model = outcome->absolute == NULL ? kt_simulation_model(outcome->simulation) : outcome->model;
     if (kt_mode_watch_create(model, &watch, NULL) != KT_OK)
         return 0.0;
-    kt_mode_watch_add(watch, record->time, record->q, record->v);
+    kt_mode_watch_add(watch, record->t, record->q, record->v);
     const double rate = kt_mode_watch_fastest(watch).rate;
     kt_mode_watch_free(watch);
     return rate;
@@ -51,10 +51,10 @@ void kt_watch_stability(kt_outcome *outcome, const kt_record *record) {
     const kt_method *method = explicit_method(outcome);
     const kt_simulation_counts counts = kt_simulation_counts_of(outcome->simulation);
     const uint64_t steps = counts.steps;
-    if (method == NULL || record->time < (double)w->estimates * outcome->run->duration / SAMPLES)
+    if (method == NULL || record->t < (double)w->estimates * outcome->run->duration / SAMPLES)
         return;
     if (w->estimates > 0 && steps > w->steps) {
-        const double step = (record->time - w->time) / (double)(steps - w->steps);
+        const double step = (record->t - w->time) / (double)(steps - w->steps);
         const bool all_explicit = counts.switches == w->switches && counts.switches % 2 == 0; /* auto begins explicit */
         const bool bounded = all_explicit && step * w->rate >= BOUNDED * stability_limit_of(method);
         w->compared++;
@@ -62,12 +62,12 @@ void kt_watch_stability(kt_outcome *outcome, const kt_record *record) {
         if (bounded && w->rate > w->fastest)
             w->fastest = w->rate;
     }
-    const double share = record->time > 0.0 ? record->time / outcome->run->duration : 0.0; /* a duration may be 0 */
-    w->estimates = 1 + (int)(share * SAMPLES + 1e-9);                                      /* times are rounded */
-    w->time = record->time;
+    const double share = record->t > 0.0 ? record->t / outcome->run->duration : 0.0; /* a duration may be 0 */
+    w->estimates = 1 + (int)(share * SAMPLES + 1e-9);                                /* times are rounded */
+    w->time = record->t;
     w->steps = steps;
     w->switches = counts.switches;
-    w->rate = steps > 0 || record->time == 0.0 ? rate_at(outcome, record) : 0.0;
+    w->rate = steps > 0 || record->t == 0.0 ? rate_at(outcome, record) : 0.0;
 }
 
 void kt_warn_of_stability(kt_outcome *outcome) {

@@ -46,7 +46,7 @@ void kt_watch_step(kt_mode_watch *watch, const kt_outcome *outcome, const kt_rec
     const uint64_t stages = method != NULL ? (uint64_t)method->stages : 1;
     const uint64_t evaluations = stages * kt_simulation_counts_of(outcome->simulation).steps;
     if (kt_mode_watch_evaluations(watch) <= FIRST_EVALUATIONS + evaluations / PART)
-        kt_mode_watch_add(watch, record->time, record->q, record->v);
+        kt_mode_watch_add(watch, record->t, record->q, record->v);
 }
 
 /* ---- possible faults of the step --------------------------------------------------------------------------------- */
@@ -92,11 +92,11 @@ static void warn_of_instability(kt_outcome *outcome, const kt_method *method, co
         snprintf(by, sizeof by, "%.2g-fold over the run", limit->growth);
     snprintf(remedy, sizeof remedy, "Take steps below %.3g s%s; 'kinetree stability' shows more", limit->step,
              !kt_method_stages_vary(method) && limit->growth >= 1e6 && at.mode.damping > 0.9 ? ", or rkc2" : "");
-    const kt_warning warning = kt_warning_at("unstable_step", at.time, limit->step, "s", remedy);
+    const kt_warning warning = kt_warning_at("unstable_step", at.t, limit->step, "s", remedy);
     advise_step(outcome, limit->step);
     kt_warn(&outcome->warnings, &warning,
             "steps of %g s are too long for %s to be stable: the method amplifies %s, as it is at t = %g s, %s",
-            outcome->run->step, method->name, mode, at.time, by);
+            outcome->run->step, method->name, mode, at.t, by);
 }
 
 static void warn_of_samples(kt_outcome *outcome, const kt_method *method, const kt_spectrum *spectrum,
@@ -108,13 +108,13 @@ static void warn_of_samples(kt_outcome *outcome, const kt_method *method, const 
     snprintf(remedy, sizeof remedy,
              "Take steps below %.2g s, %.2g a period, for an error of %g, or a method of higher order", sampling->step,
              period / sampling->step, KT_SAMPLING_ERROR);
-    const kt_warning warning = kt_warning_at("few_samples", at.time, sampling->samples, NULL, remedy);
+    const kt_warning warning = kt_warning_at("few_samples", at.t, sampling->samples, NULL, remedy);
     advise_step(outcome, sampling->step);
     kt_warn(
         &outcome->warnings, &warning,
         "%s at %g s takes %.3g steps a period of %s, found at t = %g s, whose error after each period is %.2g times "
         "its amplitude",
-        method->name, outcome->run->step, sampling->samples, mode, at.time, sampling->error);
+        method->name, outcome->run->step, sampling->samples, mode, at.t, sampling->error);
 }
 
 /* Warns by the rate alone, for large scenes or if the modes cannot be computed: the step must be unstable for modes of
@@ -131,11 +131,11 @@ static bool warn_of_rate(kt_outcome *outcome, const kt_method *method, const kt_
     const double step =
         kt_stability_step(method, lambda, DIRECTIONS, outcome->run->duration, KT_STABILITY_GROWTH, &index);
     snprintf(remedy, sizeof remedy, "Take steps below %.2g s; 'kinetree stability' shows more", step);
-    const kt_warning warning = kt_warning_at("unstable_step", fastest->time, step, "s", remedy);
+    const kt_warning warning = kt_warning_at("unstable_step", fastest->t, step, "s", remedy);
     advise_step(outcome, step);
     kt_warn(&outcome->warnings, &warning,
             "steps of %g s are too long for %s to be stable: the rate of the fastest mode is about %.3g /s at t = %g s",
-            outcome->run->step, method->name, fastest->rate, fastest->time);
+            outcome->run->step, method->name, fastest->rate, fastest->t);
     return true;
 }
 
@@ -143,12 +143,12 @@ static bool warn_of_rate(kt_outcome *outcome, const kt_method *method, const kt_
 static void warn_of_doubt(kt_outcome *outcome, const kt_method *method, const kt_fast_state *fastest,
                           const kt_error *error) {
     const kt_warning warning =
-        kt_warning_at("unknown_stability", fastest->time, fastest->rate, "1/s",
+        kt_warning_at("unknown_stability", fastest->t, fastest->rate, "1/s",
                       "Mend that and run 'kinetree stability', or compare with a run of half the step");
     kt_warn(&outcome->warnings, &warning,
             "steps of %g s may be unstable or too long for %s: the rate of the fastest mode is about %.3g /s at t = %g "
             "s, but its direction cannot be computed: %s: %s",
-            outcome->run->step, method->name, fastest->rate, fastest->time, error->where, error->message);
+            outcome->run->step, method->name, fastest->rate, fastest->t, error->where, error->message);
 }
 
 /* ---- at the end -------------------------------------------------------------------------------------------------- */
@@ -159,7 +159,7 @@ static bool add_spectrum_state(kt_spectrum *spectrum, double t, const double *q,
 
 static bool add_fastest(kt_spectrum *spectrum, const kt_mode_watch *watch, kt_error *error) {
     const kt_fast_state fastest = kt_mode_watch_fastest(watch);
-    return fastest.rate > 0.0 && add_spectrum_state(spectrum, fastest.time, fastest.q, fastest.v, error);
+    return fastest.rate > 0.0 && add_spectrum_state(spectrum, fastest.t, fastest.q, fastest.v, error);
 }
 
 /* Adds the modes at the last state, with the contacts that are closed there. The model as it is compiled has all of
@@ -245,7 +245,7 @@ static void warn_of_modes(kt_outcome *outcome, const kt_method *method, const kt
         return;
     }
     bool found = add_fastest(own, watch, &error);
-    if (end != fastest.time)
+    if (end != fastest.t)
         found |= add_spectrum_state(own, end, kt_simulation_positions(simulation), kt_simulation_velocities(simulation),
                                     &error);
     if (!found && error.code == KT_ERROR_UNSUPPORTED)

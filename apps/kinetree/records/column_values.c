@@ -95,7 +95,7 @@ static kt_column_group source_group_of(const kt_columns *columns, const kt_colum
     case KT_COLUMN_BEARING:
         return bearing_group(columns, c, record);
     case KT_COLUMN_SINGULAR_VALUE:
-        return (kt_column_group){{kt_singular_evaluate(columns->singular, model, record->time, record->q, record->v)}};
+        return (kt_column_group){{kt_singular_evaluate(columns->singular, model, record->t, record->q, record->v)}};
     case KT_COLUMN_CLOSURE:
         return closure_group(model, record->data, c->index);
     default:
@@ -121,7 +121,7 @@ static double column_value_of(const kt_column *c, const kt_record *record, const
         return group->value[c->component];
     switch (c->source) {
     case KT_COLUMN_TIME:
-        return record->time;
+        return record->t;
     case KT_COLUMN_POSITION:
         return coordinate(record->q, c->at);
     case KT_COLUMN_VELOCITY:
@@ -154,7 +154,7 @@ void kt_columns_fill(kt_columns *columns, const kt_record *record) {
     if (columns->quantities != NULL && uses(columns, KT_COLUMN_EFFECT))
         kt_quantities_evaluate(columns->description, record, columns->quantities);
     if (columns->gravity != NULL && uses(columns, KT_COLUMN_GRAVITY))
-        arrays.gravity = kt_gravity_evaluate(columns->gravity, record->model, record->time, record->q);
+        arrays.gravity = kt_gravity_evaluate(columns->gravity, record->model, record->t, record->q);
     for (size_t i = 0; i < columns->count; i++) {
         const kt_column *c = &columns->columns[i];
         if (columns->is_used != NULL && !columns->is_used[i])

@@ -127,7 +127,7 @@ static void clear_quantities(const kt_model *model, double *values) {
 }
 
 void kt_quantities_evaluate(const kt_description *description, const kt_record *record, double *values) {
-    if (kt_effect_quantities_evaluate(record->model, record->data, record->time, record->q, record->v, values, NULL) !=
+    if (kt_effect_quantities_evaluate(record->model, record->data, record->t, record->q, record->v, values, NULL) !=
         KT_OK) {
         clear_quantities(record->model, values);
         return;

@@ -17,8 +17,8 @@ static void watch_record(kt_outcome *outcome, const kt_record *record) {
     }
     if (outcome->so_far.compressions.count > 0 && record->multipliers != NULL)
         kt_compressions_add(&outcome->so_far.compressions,
-                            kt_integrated_model(kt_simulation_model(outcome->simulation), outcome->absolute),
-                            record->time, record->multipliers);
+                            kt_integrated_model(kt_simulation_model(outcome->simulation), outcome->absolute), record->t,
+                            record->multipliers);
     if (outcome->so_far.half_turns.count > 0)
         kt_half_turns_add(&outcome->so_far.half_turns, &outcome->warnings, outcome->scene, record);
     outcome->so_far.records++;
@@ -63,7 +63,7 @@ int kt_take_record(const kt_record *record, void *user) {
     kt_watch_correction(sinks->outcome);
     kt_results *results = sinks->results;
     const double *values = kt_columns_evaluate(&results->columns, record);
-    kt_extremes_add(&sinks->outcome->extremes, record->time, values);
+    kt_extremes_add(&sinks->outcome->extremes, record->t, values);
     results->kept++;
     if (kt_csv_write(&results->csv, values) != 0 ||
         kt_keep_rows(&results->keep, values, 1, results->columns.count) != 0 ||
@@ -74,11 +74,11 @@ int kt_take_record(const kt_record *record, void *user) {
     }
     if (stays_blown_up(sinks->outcome)) {
         kt_progress_end(sinks->progress);
-        kt_say_blown_up(sinks->outcome, record->time);
+        kt_say_blown_up(sinks->outcome, record->t);
         sinks->failed = true;
         return -1;
     }
-    kt_progress_update(sinks->progress, record->time, sinks->outcome->run->duration);
+    kt_progress_update(sinks->progress, record->t, sinks->outcome->run->duration);
     sinks->aside += kt_cpu_clock() - start;
     sinks->pauses = kt_checkpoint_is_due(sinks->checkpoint);
     return sinks->pauses ? 1 : 0;

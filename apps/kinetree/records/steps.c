@@ -93,7 +93,7 @@ static void take_kinematics(kt_steps *steps, double time, const double *q, const
     const double kinetic = kt_kinetic_energy(steps->shown, steps->data);
     const double potential =
         kt_potential_energy(steps->shown, steps->data) + kt_effect_energy(steps->shown, steps->data, time, q, v);
-    const kt_record record = {.time = time,
+    const kt_record record = {.t = time,
                               .q = q,
                               .v = v,
                               .x = x,
@@ -134,5 +134,5 @@ void kt_steps_take(kt_steps *steps) {
 
 void kt_steps_take_jump(kt_steps *steps, const kt_record *record) {
     if (steps->start != NULL && record->x != NULL)
-        take_coordinates(steps, record->time, record->q, record->v, record->x);
+        take_coordinates(steps, record->t, record->q, record->v, record->x);
 }

@@ -39,7 +39,7 @@ void kt_error_check_take(kt_error_check *check, const kt_model *model, const kt_
         return;
     check->rows = rows;
     double *row = rows + check->width * check->count++;
-    row[0] = record->time;
+    row[0] = record->t;
     memcpy(row + 1, record->q, nq * sizeof *row);
     memcpy(row + 1 + nq, record->v, nv * sizeof *row);
 }
@@ -79,13 +79,13 @@ static int compare_record(const kt_record *record, void *user) {
     kt_error_walk *walk = user;
     kt_error_check *check = walk->check;
     const int nq = kt_model_nq(walk->model), nv = kt_model_nv(walk->model);
-    const double *row = record->index != KT_INDEX_CONTACT ? find_row(walk, record->time) : NULL;
+    const double *row = record->index != KT_INDEX_CONTACT ? find_row(walk, record->t) : NULL;
     if (row == NULL)
         return 0;
     kt_position_subtract(walk->model, record->q, row + 1, walk->difference);
     const kt_difference found = kt_difference_size(walk->model, walk->difference, false);
     if (found.angle > check->position.angle || found.length > check->position.length)
-        check->time = record->time;
+        check->time = record->t;
     check->position = larger_difference(check->position, found);
     kt_position_subtract(walk->model, row + 1, check->rows + 1, walk->difference);
     const kt_difference moved = kt_difference_size(walk->model, walk->difference, false);

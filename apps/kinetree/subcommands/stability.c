@@ -95,22 +95,22 @@ static void print_modes(const kt_stability_subject *subject) {
         puts("nothing moves: any step is stable");
         return;
     }
-    const double time = kt_spectrum_at(subject->spectrum, fastest).time;
+    const double time = kt_spectrum_at(subject->spectrum, fastest).t;
     double least = HUGE_VAL, least_time = 0.0;
     int listed = 0, left_out = 0;
     printf("fastest modes, at t = %g s\n  %12s  %13s  %9s  %s\n", time, "rate, 1/s", "frequency, Hz", "damping",
            "joints that move");
     for (int i = 0; i < count; i++) {
         const kt_spectrum_mode at = kt_spectrum_at(subject->spectrum, i);
-        if (i == 0 || at.time != kt_spectrum_at(subject->spectrum, i - 1).time) /* the fastest mode of its state */
+        if (i == 0 || at.t != kt_spectrum_at(subject->spectrum, i - 1).t) /* the fastest mode of its state */
             if (kt_mode_modulus(&at.mode) < least) {
                 least = kt_mode_modulus(&at.mode);
-                least_time = at.time;
+                least_time = at.t;
             }
-        if (at.time == time && listed < LISTED_MAX && at.moves != NULL) {
+        if (at.t == time && listed < LISTED_MAX && at.moves != NULL) {
             print_scaled_mode(subject->model, &at, stdout);
             listed++;
-        } else if (at.time == time) {
+        } else if (at.t == time) {
             left_out++;
         }
     }
@@ -150,7 +150,7 @@ static void print_limit(const kt_stability_subject *subject, const kt_method *me
         const kt_spectrum_mode at = kt_spectrum_at(subject->spectrum, limit.mode);
         char mode[64];
         kt_write_mode(&at.mode, mode, sizeof mode);
-        snprintf(bound, sizeof bound, "%s, t = %g s%s", mode, at.time,
+        snprintf(bound, sizeof bound, "%s, t = %g s%s", mode, at.t,
                  strcmp(kt_method_family_name(method), "switching") == 0
                      ? "; adaptive ones are not bounded: radau5 takes them"
                      : "");
@@ -203,10 +203,10 @@ static json_t *describe_states(const kt_stability_subject *subject) {
     json_t *states = json_array(), *modes = NULL;
     for (int i = 0; i < kt_spectrum_count(subject->spectrum); i++) {
         const kt_spectrum_mode at = kt_spectrum_at(subject->spectrum, i);
-        if (i == 0 || at.time != kt_spectrum_at(subject->spectrum, i - 1).time) {
+        if (i == 0 || at.t != kt_spectrum_at(subject->spectrum, i - 1).t) {
             json_t *state = json_object();
             modes = json_array();
-            json_object_set_new(state, "time", json_real(at.time));
+            json_object_set_new(state, "time", json_real(at.t));
             json_object_set_new(state, "modes", modes);
             json_array_append_new(states, state);
         }
@@ -233,7 +233,7 @@ static json_t *describe_limit(const kt_stability_subject *subject, const kt_meth
         const kt_spectrum_mode at = kt_spectrum_at(subject->spectrum, limit.mode);
         json_object_set_new(
             object, "bounded_by",
-            json_pack("{s:f, s:f, s:f}", "time", at.time, "real", at.mode.real, "imaginary", at.mode.imaginary));
+            json_pack("{s:f, s:f, s:f}", "time", at.t, "real", at.mode.real, "imaginary", at.mode.imaginary));
     }
     return object;
 }

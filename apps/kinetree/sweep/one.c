@@ -223,8 +223,8 @@ static int take_record(const kt_record *record, void *user) {
     kt_growth_add(&m->growth, record, m->run.duration);
     for (size_t i = 0; i < m->sweep->column_count; i++)
         if (m->place[i] < m->columns.count)
-            kt_extreme_add(&m->extremes.column[i], record->time, values[m->place[i]], isnan(values[m->place[i]]));
-    m->failed = m->sweep->arguments->keep != NULL && !keep_record(m, record->time, values);
+            kt_extreme_add(&m->extremes.column[i], record->t, values[m->place[i]], isnan(values[m->place[i]]));
+    m->failed = m->sweep->arguments->keep != NULL && !keep_record(m, record->t, values);
     return m->failed ? -1 : 0;
 }
 

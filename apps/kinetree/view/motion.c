@@ -205,7 +205,7 @@ static kt_vec3 arrow_force_of(const kt_motion *motion, const kt_motion_force *fo
     kt_effect_load load;
     if (force->source == KT_FORCE_JOINT || force->source == KT_FORCE_LOOP)
         return reactions != NULL ? reactions[force->index].force : none;
-    return kt_effect_evaluate(motion->model, record->data, record->time, record->q, record->v,
+    return kt_effect_evaluate(motion->model, record->data, record->t, record->q, record->v,
                               motion->picture->effects[force->index].effect, &load, NULL) == KT_OK
                ? load.wrench[0].force
                : none;
@@ -246,7 +246,7 @@ int kt_motion_take(kt_motion *motion, const kt_record *record, const double *val
     motion->model = record->model;
     if ((motion->picture == NULL && begin_picture(motion, record->data) != 0) || make_frame_room(motion) != 0)
         return -1;
-    motion->times[motion->count] = record->time;
+    motion->times[motion->count] = record->t;
     motion->released[motion->count] =
         motion->simulation != NULL ? kt_released_set(motion->scene, motion->simulation) : 0;
     put_poses(motion, record->data);
@@ -273,7 +273,7 @@ int kt_motion_take_state(kt_motion *motion, double time, const double *q, const 
         status = kt_kinematics_update(motion->model, data, q, v, NULL, &error);
     if (status == KT_OK) {
         const kt_record record = {.model = motion->model,
-                                  .time = time,
+                                  .t = time,
                                   .q = q,
                                   .v = v,
                                   .kinetic = (double)NAN,

@@ -110,7 +110,7 @@ class Recorder:
 
     def take(self, record: Any) -> bool:
         lib.kt_driven_record(self.driven, record)
-        self.time.append(record.time)
+        self.time.append(record.t)
         self.q.append(copied(record.q, self.model.nq))
         self.v.append(copied(record.v, self.model.nv))
         return False

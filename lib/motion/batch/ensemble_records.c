@@ -38,7 +38,7 @@ static void begin_record(kt_ensemble_lane *l) {
         return;
     }
     l->record.index = k;
-    l->record.time = kt_simulation_record_time(s, k);
+    l->record.t = kt_simulation_record_time(s, k);
 }
 
 /* Reads the record of a lane if one is due, and returns whether it is. Reads the state or, if *dense, the position of
@@ -54,7 +54,7 @@ static bool read_lane_record(kt_ensemble *e, size_t number, bool *dense) {
     if (*dense) {
         begin_record(l);
         e->theta[number] =
-            l->record.time == at->t ? KT_LANE_AT_END : (l->record.time - at->previous_t) / (at->t - at->previous_t);
+            l->record.t == at->t ? KT_LANE_AT_END : (l->record.t - at->previous_t) / (at->t - at->previous_t);
         return true;
     }
     kt_ensemble_clear(&e->from);

@@ -103,7 +103,7 @@ kt_status kt_moreau_end_record(kt_simulation *simulation, kt_record *record, kt_
     record->data = c->data;
     kt_copy(c->data->x, v + simulation->size.nv, simulation->size.x * sizeof *v);
     if (c->all->n.varying > 0) {
-        const kt_status status = kt_masses_update(c->all, c->data, record->time, error);
+        const kt_status status = kt_masses_update(c->all, c->data, record->t, error);
         if (status != KT_OK)
             return status;
     }

@@ -70,22 +70,22 @@ static double time_of_forces(const kt_simulation *simulation, double t) {
 
 /* Computes the reactions. If forces jump, reactions of hard contacts belong to the step that ends at the jump. */
 static kt_status react(kt_simulation *simulation, const kt_record *record, kt_error *error) {
-    double t = time_of_forces(simulation, record->time);
+    double t = time_of_forces(simulation, record->t);
     const kt_contact_calls *calls = kt_contact_calls_of(simulation);
     if (calls != NULL && !kt_simulation_is_stepped(simulation))
         t = kt_simulation_time_inside(simulation, t);
     kt_status status = kt_simulation_react(simulation, t, simulation->y, error);
     if (status == KT_OK && kt_simulation_is_stepped(simulation))
-        status = kt_simulation_date_masses(simulation, record->time, error);
+        status = kt_simulation_date_masses(simulation, record->t, error);
     const bool checks = calls != NULL && calls->check != NULL && record->index >= 0;
-    return status == KT_OK && checks ? calls->check(simulation, record->time, error) : status;
+    return status == KT_OK && checks ? calls->check(simulation, record->t, error) : status;
 }
 
 /* Computes the kinematics and the quantities that follow from them. Energies belong to the model that is integrated. */
 static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, kt_error *error) {
     const kt_model *model = simulation->model;
     kt_data *data = simulation->data;
-    const double t = record->time, *q = simulation->y, *v = q + simulation->size.nq;
+    const double t = record->t, *q = simulation->y, *v = q + simulation->size.nq;
     kt_status status = kt_simulation_date_masses(simulation, t, error);
     if (status != KT_OK)
         return status;
@@ -112,7 +112,7 @@ static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, k
 /* Computes the requested quantities of the state in y. The accelerations of the state are in `a` if `accelerated`. Data
  * hold the results that `cached` names. The kinematics are computed last, so that they stay in the data. */
 static kt_status report_record(kt_simulation *simulation, bool accelerated, kt_record *record, kt_error *error) {
-    const double t = record->time, *q = simulation->y, *v = q + simulation->size.nq;
+    const double t = record->t, *q = simulation->y, *v = q + simulation->size.nq;
     kt_status status = KT_OK;
     record->work = kt_simulation_work_of(simulation, q);
     record->x = v + simulation->size.nv;
@@ -145,10 +145,10 @@ static kt_status end_loads(kt_simulation *simulation, kt_status status, kt_recor
 /* Computes the requested quantities of the state in y at any time. */
 static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, kt_error *error) {
     const bool accelerates = (simulation->record & KT_RECORD_ACCELERATIONS) != 0;
-    kt_status status = begin_loads(simulation, record->time, error);
+    kt_status status = begin_loads(simulation, record->t, error);
     simulation->cached = KT_CACHED_NOTHING;
     if (status == KT_OK && accelerates &&
-        kt_simulation_accelerate(simulation, time_of_forces(simulation, record->time), simulation->y, simulation->tau,
+        kt_simulation_accelerate(simulation, time_of_forces(simulation, record->t), simulation->y, simulation->tau,
                                  simulation->external, simulation->a, error) != 0)
         status = error->code;
     if (status == KT_OK)
@@ -162,7 +162,7 @@ static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, k
 static kt_record empty_record(const kt_simulation *simulation, int64_t index, double time) {
     kt_record record = {0};
     record.index = index;
-    record.time = time;
+    record.t = time;
     record.model = simulation->user_model;
     record.slow_slip = simulation->slow_slip;
     record.kinetic = record.potential = (double)NAN;
@@ -178,7 +178,7 @@ void kt_simulation_begin_record(kt_simulation *simulation, int64_t k, kt_record 
 
 kt_status kt_simulation_read_record(kt_simulation *simulation, int64_t k, kt_record *record, kt_error *from) {
     kt_simulation_begin_record(simulation, k, record);
-    return read_dense_state(simulation, record->time, from);
+    return read_dense_state(simulation, record->t, from);
 }
 
 kt_status kt_simulation_give_record(kt_simulation *simulation, const kt_record *record, kt_recorder *recorder,
@@ -190,7 +190,7 @@ kt_status kt_simulation_give_record(kt_simulation *simulation, const kt_record *
     simulation->within = NULL;
     if (code == 0)
         return KT_OK;
-    return kt_error_set(error, KT_ERROR_CALLBACK, kt_where_format("t = %.9g s", record->time).text,
+    return kt_error_set(error, KT_ERROR_CALLBACK, kt_where_format("t = %.9g s", record->t).text,
                         "the recorder stopped at record %.0f", (double)record->index);
 }
 
@@ -199,9 +199,9 @@ kt_status kt_simulation_complete_record(kt_simulation *simulation, kt_status sta
     if (status == KT_OK) {
         kt_simulation_complete_powers(simulation);
         if (KT_IS_OF_VALUES && simulation->size.gap > 0)
-            status = kt_simulation_check_gaps(simulation, record->time, from);
+            status = kt_simulation_check_gaps(simulation, record->t, from);
         if (status == KT_OK && simulation->breakpoints.fixed)
-            status = kt_simulation_check_breakpoints(simulation, record->time, from);
+            status = kt_simulation_check_breakpoints(simulation, record->t, from);
         if (status == KT_OK)
             status = evaluate_record(simulation, record, from);
         if (status != KT_OK)
@@ -226,7 +226,7 @@ static kt_status record_event_at(kt_simulation *simulation, const kt_event *even
     kt_error from = {0};
     record.event = event;
     simulation->cause.code = KT_OK;
-    const kt_status status = read_dense_state(simulation, record.time, &from);
+    const kt_status status = read_dense_state(simulation, record.t, &from);
     return kt_simulation_complete_record(simulation, status, &record, &from, recorder, user, error);
 }
 

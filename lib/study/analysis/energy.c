@@ -85,7 +85,7 @@ void kt_energy_watch_add(kt_energy_watch *watch, const kt_record *record) {
     if (!(kt_energy_watch_error(watch) > KT_ENERGY_ERROR))
         watch->excess_time = (double)NAN; /* the scale has grown since */
     else if (isnan(watch->excess_time))
-        watch->excess_time = record->time;
+        watch->excess_time = record->t;
 }
 
 void kt_energy_watch_step(kt_energy_watch *watch, double kinetic, double potential) {

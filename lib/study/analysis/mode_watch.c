@@ -137,7 +137,7 @@ void kt_mode_watch_add(kt_mode_watch *w, double t, const double *q, const double
 
 kt_fast_state kt_mode_watch_fastest(const kt_mode_watch *w) {
     if (!w)
-        return (kt_fast_state){.time = (double)NAN};
+        return (kt_fast_state){.t = (double)NAN};
     return (kt_fast_state){w->time, w->rate, w->fast_q, w->fast_v};
 }
 

@@ -188,7 +188,7 @@ const double *kt_spectrum_positions(const kt_spectrum *spectrum, int sample) {
 int kt_spectrum_count(const kt_spectrum *spectrum) { return spectrum ? spectrum->count : 0; }
 kt_spectrum_mode kt_spectrum_at(const kt_spectrum *spectrum, int mode) {
     if (!spectrum || !KT_IS_INDEX(mode, spectrum->count))
-        return (kt_spectrum_mode){.time = (double)NAN};
+        return (kt_spectrum_mode){.t = (double)NAN};
     return spectrum->mode[mode];
 }
 
@@ -255,7 +255,7 @@ static bool oscillates(const kt_mode *mode) {
 static double most_excited(const kt_spectrum *spectrum, double time) {
     double most = 0.0;
     for (int i = 0; i < spectrum->count; i++)
-        if (spectrum->mode[i].time == time && oscillates(&spectrum->mode[i].mode))
+        if (spectrum->mode[i].t == time && oscillates(&spectrum->mode[i].mode))
             most = fmax(most, spectrum->mode[i].mode.excitation);
     return most;
 }
@@ -263,7 +263,7 @@ static double most_excited(const kt_spectrum *spectrum, double time) {
 static bool is_excited_oscillation(const kt_spectrum *spectrum, int i) {
     const kt_mode *mode = &spectrum->mode[i].mode;
     return oscillates(mode) && mode->excitation > 0.0 &&
-           mode->excitation >= EXCITED * most_excited(spectrum, spectrum->mode[i].time);
+           mode->excitation >= EXCITED * most_excited(spectrum, spectrum->mode[i].t);
 }
 
 kt_sampling kt_spectrum_sampling(const kt_spectrum *spectrum, const kt_method *method, double step) {
