@@ -52,7 +52,7 @@ class Events(Checkpoint):
             self._check(lib.kt_simulation_event_add(self._simulation, record, self._error))
         self._events.append(event)
         self._keep += [handle, label]
-        self._start = self.save() if self._start is not None and lib.kt_simulation_counts_get(self._simulation).evaluations == 0 else None
+        self._start = self.save() if self._start is not None and lib.kt_simulation_counts_of(self._simulation).evaluations == 0 else None
 
     @property
     def stopped(self) -> Optional[str]:

@@ -59,7 +59,7 @@ kt_pose kt_urdf_origin(kt_reader *r, const kt_element *e, kt_rotation *rotation)
         else if (!(norm > 0.0) || !isfinite(norm))
             (void)kt_robot_fault(r, origin, "quat_xyzw: the length is %g; it must be above zero", sqrt(norm));
         else
-            *rotation = kt_rotation_of_matrix(kt_matrix_from_quat(q));
+            *rotation = kt_rotation_of_matrix(kt_mat3_from_quat(q));
     }
-    return (kt_pose){.rotation = kt_matrix_of_rotation(rotation), .position = at};
+    return (kt_pose){.rotation = kt_mat3_of_rotation(rotation), .position = at};
 }

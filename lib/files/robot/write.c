@@ -34,7 +34,7 @@ static bool take_bushing(kt_export *x, const kt_effect *e) {
     if (joint == NULL || !end_is_origin(&e->between[1]) || x->role[body] != KT_EXPORT_BODY ||
         kt_export_find(x, e->between[0].body) != x->parent[body])
         return false;
-    const kt_pose rest = kt_export_end(x, &e->between[0]), frame = {kt_matrix_of_rotation(&joint->rotation), joint->at};
+    const kt_pose rest = kt_export_end(x, &e->between[0]), frame = {kt_mat3_of_rotation(&joint->rotation), joint->at};
     const double none[3] = {0.0, 0.0, 0.0};
     const bool turns = memcmp(e->stiffnesses, none, sizeof none) == 0 && memcmp(e->dampings, none, sizeof none) == 0 &&
                        are_equal(e->stiffnesses + 3, 3) && are_equal(e->dampings + 3, 3) &&

@@ -44,7 +44,7 @@ void kt_checker_state(kt_checker *checker, const kt_auxiliary_state *state) {
 /* Returns the rate in the form of an effect in a joint, because such an effect has the same variables, and the same
  * code compiles both. If the rate belongs to a law, the result is the effect of this law. *law and *rate: the indices
  * of the law and of its rate; -1 without a law. */
-static kt_effect effect_of(const kt_description *d, const kt_state *state, int *law, int *rate) {
+static kt_effect effect_of(const kt_description *d, const kt_auxiliary_state *state, int *law, int *rate) {
     kt_effect effect = kt_effect_default();
     *rate = *law = -1;
     if (state->rate == NULL) {
