@@ -1,4 +1,4 @@
-"""Writes the core as one file: kinetree.c and kinetree.h.
+"""Writes the core as one file: kinetree.c, kinetree.h and kinetree-experimental.h.
 
     amalgamate.py FOLDER_OF_SOURCES OUTPUT_FOLDER
     amalgamate.py FOLDER_OF_SOURCES --fmu OUTPUT.c [DEPENDENCIES]
@@ -23,7 +23,7 @@ import sources
 
 # Headers of other libraries, and of batches; the last two include all others.
 STUDY_HEADERS = ('study', 'formulation', 'dae')
-ABSENT_HEADERS = ('batch', *STUDY_HEADERS, 'scene', 'import', 'export', 'codegen', 'kinetree')
+ABSENT_HEADERS = ('batch', 'ensemble', *STUDY_HEADERS, 'scene', 'import', 'export', 'codegen', 'kinetree', 'experimental')
 ABSENT_FUNCTIONS = {'kt_rollout_width', 'kt_rollout_gradients', 'kt_rollout_gradients_work_size'}  # of rollout_lanes.c
 SIZES = 'base/struct_size.c'  # a list of all public structs
 
@@ -31,7 +31,7 @@ MODE = {'KT_DUAL': '1', 'KT_ISA': 'dual', 'KT_LANES': None, 'KT_ISAS': None}
 GUARD = re.compile(r'\A(?P<top>.*?)#ifndef (?P<name>K\w+_H)\n#define (?P=name)\n(?P<body>.*)#endif\s*\Z', re.S)
 PRIVATE = re.compile(r'^[ \t]*#\s*include "([^"]+)"[^\n]*\n', re.M)
 
-# What the standard headers declare stays visible; a shared object exports the functions of kinetree.h alone.
+# What the standard headers declare stays visible; a shared object exports the functions of the two headers alone.
 HIDDEN = '''
 #ifdef __GNUC__
 #pragma GCC visibility push(hidden)
@@ -107,21 +107,28 @@ class Amalgam:
     # ---- public headers
 
     def public(self):
-        """kinetree.h: the public headers of the core, each after those that it includes."""
-        done, out = {f'kinetree/{name}.h' for name in self.absent}, []
+        """All public headers of the core."""
+        return ''.join(self.public_parts())
 
-        def add(name):
+    def public_parts(self):
+        """The stable and the experimental headers of the core: two texts, with each header after those that it includes."""
+        done = {f'kinetree/{name}.h' for name in self.absent}
+
+        def add(name, out):
             if name in done:
                 return
             done.add(name)
             text = (self.include / name).read_text()
             for other in PRIVATE.findall(text):
-                add(other)
+                add(other, out)
             out.append(f'\n/* ==== {name} ==== */\n\n' + without(ABSENT_FUNCTIONS, PRIVATE.sub('', text)))
 
-        for path in sorted((self.include / 'kinetree').glob('*.h')):
-            add('kinetree/' + path.name)
-        return ''.join(out)
+        texts = []
+        for umbrella in ('kinetree.h', 'experimental.h'):
+            texts.append([])
+            for name in PRIVATE.findall((self.include / 'kinetree' / umbrella).read_text()):
+                add(name, texts[-1])
+        return [''.join(text) for text in texts]
 
     # ---- values
 
@@ -480,10 +487,12 @@ def main():
         amalgam.source(path, parts.names[path])
     write_dual(amalgam, parts)
     top = TOP.replace('{version}', version_of(root))
-    (output / 'kinetree.h').write_text(top + amalgam.public())
+    stable, experimental = amalgam.public_parts()
+    (output / 'kinetree.h').write_text(top + stable)
+    (output / 'kinetree-experimental.h').write_text(f'{top}#include "kinetree.h"\n{experimental}')
     above, body = system_headers(''.join(amalgam.out))
     above += f'#ifndef KT_NO_LAPACK\n#include <{LAPACK}>\n#undef complex /* of complex.h */\n#undef I\n#endif\n'
-    (output / 'kinetree.c').write_text(top + MACROS + f'\n#include "kinetree.h"\n\n{above}{HIDDEN}{body}')
+    (output / 'kinetree.c').write_text(top + MACROS + f'\n#include "kinetree-experimental.h"\n\n{above}{HIDDEN}{body}')
 
 
 if __name__ == '__main__':

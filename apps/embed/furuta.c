@@ -20,6 +20,7 @@
  * The prediction is x + T (A x + B w), where w is the previous torque. */
 #include "lqr.h"
 
+#include <kinetree/experimental.h>
 #include <kinetree/kinetree.h>
 #include <math.h>
 #include <stdio.h>

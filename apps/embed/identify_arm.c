@@ -17,6 +17,7 @@
  * Reference: Swevers, Verdonck, De Schutter, Dynamic model identification for industrial robots, IEEE Control Systems
  * Magazine 27(5), 2007. */
 #include "arm.h"
+#include "kinetree/identification.h"
 
 #include <math.h>
 #include <stdio.h>

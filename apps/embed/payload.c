@@ -1,4 +1,5 @@
 /* payload ROBOT BODY.mass KG: computed torque at 1 kHz. After 2 s the body has this mass, also in the controller. */
+#include <kinetree/experimental.h>
 #include <kinetree/kinetree.h>
 #include <math.h>
 #include <stdio.h>

@@ -4,7 +4,9 @@
 
 #include "base/memory.h"
 #include "base/names.h"
+#include "kinetree/formulation.h"
 #include "kinetree/import.h"
+#include "kinetree/study.h"
 #include "text/arguments.h"
 
 #include <stdarg.h>

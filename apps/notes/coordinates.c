@@ -1,4 +1,5 @@
 /* Chapters 7 to 9: the point mass pendulum by every set of coordinates; index and stability of DAEs. */
+#include "kinetree/analysis.h"
 #include "notes.h"
 
 #include <math.h>

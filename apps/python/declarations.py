@@ -11,7 +11,7 @@ import re
 import subprocess
 import sys
 
-HEADER = "#include <kinetree/kinetree.h>\n"
+HEADER = "#include <kinetree/experimental.h>\n#include <kinetree/kinetree.h>\n"
 WATCH = '#include "advice/driven.h"\n'  # of apps/kinetree
 
 # Functions of Python that C calls (callbacks.py).

@@ -9,6 +9,7 @@
  * angles of single axes. */
 #include "energy.h"
 #include "equations.h"
+#include "kinetree/integrator.h"
 
 #include <math.h>
 #include <stdio.h>

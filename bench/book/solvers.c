@@ -7,6 +7,7 @@
  * LIMIT: evaluations that a run may take. SECONDS: processor time of repetitions for a time; the least is printed. The
  * right-hand side counts its calls, so all solvers are counted alike, with the differences for their Jacobians. */
 #include "equations.h"
+#include "kinetree/integrator.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,5 +1,5 @@
-/* Small motions about a state: linearisation (state, input and output matrices), modes, static equilibrium. The header
- * also covers periodic motions, stability along a motion, and the energy of a run.
+/* Experimental. Small motions about a state: linearisation (state, input and output matrices), modes, static
+ * equilibrium. The header also covers periodic motions, stability along a motion, and the energy of a run.
  *
  *     kt_linearization *linearization = NULL;
  *     status = kt_linearization_create(model, NULL, &linearization, &error);

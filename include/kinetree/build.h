@@ -1,5 +1,5 @@
-/* Parts of mechanisms that repeat: beams of elastic segments, chains and trees of links. A builder collects bodies,
- * loops and effects in a description:
+/* Experimental. Parts of mechanisms that repeat: beams of elastic segments, chains and trees of links. A builder
+ * collects bodies, loops and effects in a description:
  *
  *     kt_beam blade = kt_beam_default();
  *     blade.name = "blade";

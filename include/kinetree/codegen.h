@@ -1,4 +1,4 @@
-/* Generated C: the dynamics of one mechanism as C99. Part of libkinetree-scene.
+/* Experimental. Generated C: the dynamics of one mechanism as C99. Part of libkinetree-scene.
  *
  *     FILE *source = fopen("arm.c", "w"), *header = fopen("arm.h", "w");
  *     status = kt_codegen_write(model, "arm", KT_CODEGEN_FORWARD | KT_CODEGEN_MASS, false, source, header, &error);

@@ -1,4 +1,5 @@
-/* Differential-algebraic baselines: the equations of motion with multipliers, solved with implicit methods.
+/* Experimental. Differential-algebraic baselines: the equations of motion with multipliers, solved with implicit
+ * methods.
  *
  * A baseline has its own steps. A comparison with a baseline measures the gain from the reduction to ordinary
  * differential equations. The functions are in libkinetree-study.

@@ -1,4 +1,4 @@
-/* Export of mechanisms in the formats of other programs. Part of libkinetree-scene.
+/* Experimental. Export of mechanisms in the formats of other programs. Part of libkinetree-scene.
  *
  *     status = kt_robot_write(&description, KT_ROBOT_MJCF, stdout, NULL, NULL, &error);
  *

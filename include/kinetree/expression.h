@@ -1,5 +1,5 @@
-/* Formulas in text, "0.01*L + sin(2*pi*t)". A formula is parsed once. Its evaluation does not parse, allocate memory or
- * search for names.
+/* Experimental. Formulas in text, "0.01*L + sin(2*pi*t)". A formula is parsed once. Its evaluation does not parse,
+ * allocate memory or search for names.
  *
  *     static bool find(void *user, const char *name, kt_symbol *symbol) {
  *         *symbol = (kt_symbol){.index = 0};

@@ -1,4 +1,4 @@
-/* Other formulations of the equations of motion, for comparison.
+/* Experimental. Other formulations of the equations of motion, for comparison.
  *
  * The absolute formulation gives each body six coordinates, and makes a loop of each joint. The constraint formulations
  * keep the coordinates of the tree, and treat the equations of its loops in another way than the library does. A
@@ -7,6 +7,7 @@
 #ifndef KINETREE_FORMULATION_H
 #define KINETREE_FORMULATION_H
 
+#include "kinetree/run.h"
 #include "kinetree/simulation.h"
 
 #include <stdbool.h>
@@ -19,21 +20,6 @@ extern "C" {
 #endif
 
 /* ---- the absolute formulation ------------------------------------------------------------------------------------ */
-
-/* Formulations. X(id, name in scene files) */
-#define KT_FORMULATION_LIST(X)                                                                                         \
-    X(KT_FORMULATION_TREE, tree)         /* coordinates of the tree's joints */                                        \
-    X(KT_FORMULATION_ABSOLUTE, absolute) /* all bodies free, all joints loops */
-
-/* The integrated coordinates. The tree formulation, the default of every simulation, has the coordinates of the tree's
- * joints. The absolute formulation is a reference for comparison. It has the positions of all bodies in the world, and
- * every joint is a constraint between two bodies [MSD 7.1]. */
-typedef enum kt_formulation {
-#define KT_FORMULATION_ENUM(id, name) id,
-    KT_FORMULATION_LIST(KT_FORMULATION_ENUM)
-#undef KT_FORMULATION_ENUM
-        KT_FORMULATION_COUNT /* how many */
-} kt_formulation;
 
 /* Returns the name, such as "tree"; NULL for a value out of range. */
 KT_API const char *kt_formulation_name(kt_formulation formulation);

@@ -1,5 +1,5 @@
-/* Identification: forces as a linear function of the parameters of inertia and friction. The header also finds the
- * combinations of these parameters that can be identified from forces.
+/* Experimental. Identification: forces as a linear function of the parameters of inertia and friction. The header also
+ * finds the combinations of these parameters that can be identified from forces.
  *
  *     tau = Y(q, v, a) pi,        tau = kt_dynamics_inverse(q, v, a) for the model's own pi, without friction
  *

@@ -1,4 +1,4 @@
-/* Import of mechanisms that other programs describe, into a scene. Part of libkinetree-scene.
+/* Experimental. Import of mechanisms that other programs describe, into a scene. Part of libkinetree-scene.
  *
  *     kt_scene scene;
  *     status = kt_robot_read("arm.urdf", NULL, &scene, NULL, NULL, &error);

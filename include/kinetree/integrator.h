@@ -1,5 +1,5 @@
-/* Integrators: solutions of ordinary differential equations y' = f(t, y), y in R^n, with fixed or adaptive steps and
- * dense output. The methods are in method.h, and their linear stability is in stability.h.
+/* Experimental. Integrators: solutions of ordinary differential equations y' = f(t, y), y in R^n, with fixed or
+ * adaptive steps and dense output. The methods are in method.h, and their linear stability is in stability.h.
  *
  * An integrator lives in the caller's memory and allocates nothing. The integrator owns the current time, the state and
  * the memory of the step-size control. Two threads may use two integrators at the same time, but never a single
@@ -89,24 +89,6 @@ typedef struct kt_newton {
     int (*time_derivative)(double t, const double *y, const double *dydt, double *slope,
                            void *user); /* Rosenbrock: df/dt */
 } kt_newton;
-
-/* How a simulation steps over hard contacts, stops, slack ropes and friction that sticks. X(id, name in scene files) */
-#define KT_CONTACT_SCHEME_LIST(X)                                                                                      \
-    X(KT_CONTACT_EVENTS, events) /* impacts and transitions are events at which steps end */                           \
-    X(KT_CONTACT_STEPS, steps)   /* time stepping: fixed steps with impulses, which end at no event */
-
-/* The scheme of a simulation. Time stepping is Moreau's midpoint rule, of first order. Time stepping needs a fixed step
- * (kt_run.step), replaces the integration method, and supports only Newton's rule of impacts. */
-typedef enum kt_contact_scheme {
-#define KT_CONTACT_SCHEME_ENUM(id, name) id,
-    KT_CONTACT_SCHEME_LIST(KT_CONTACT_SCHEME_ENUM)
-#undef KT_CONTACT_SCHEME_ENUM
-        KT_CONTACT_SCHEME_COUNT /* how many */
-} kt_contact_scheme;
-
-/* The least relative tolerance, the rounding of numbers (2^-52). A smaller tolerance is rejected, because no step could
- * satisfy it. */
-#define KT_TOLERANCE_LEAST 2.220446049250313e-16
 
 /* How an integrator steps. */
 typedef struct kt_integrator_options {

@@ -24,6 +24,7 @@
 #include "kinetree/closure.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/loop.h"
+#include "kinetree/quantity.h"
 
 #ifdef __cplusplus
 extern "C" {

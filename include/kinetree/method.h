@@ -19,6 +19,10 @@
 extern "C" {
 #endif
 
+/* The least relative tolerance, the rounding of numbers (2^-52). A smaller tolerance is rejected, because no step could
+ * satisfy it. */
+#define KT_TOLERANCE_LEAST 2.220446049250313e-16
+
 /* The built-in methods, in rising order. */
 #define KT_METHOD_LIST(X)                                                                                              \
     X(euler)                                                                                                           \

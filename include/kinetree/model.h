@@ -12,7 +12,6 @@
 #define KINETREE_MODEL_H
 
 #include "kinetree/description.h"
-#include "kinetree/descriptor.h"
 
 #include <stddef.h>
 #include <stdint.h>
@@ -410,12 +409,14 @@ typedef enum kt_parameter_kind {
     KT_PARAMETER_LOOP_PLACE,   /* place of a loop's end on the world */
 } kt_parameter_kind;
 
+struct kt_key;
+
 /* A parameter, as kt_parameter_find returns it; the same for a model and all its copies. */
 typedef struct kt_parameter {
-    kt_parameter_kind kind; /* owner of the parameter */
-    int item;               /* body, effect or loop */
-    int count;              /* number of its numbers */
-    const kt_key *key;      /* key of an effect or loop; NULL for other owners */
+    kt_parameter_kind kind;   /* owner of the parameter */
+    int item;                 /* body, effect or loop */
+    int count;                /* number of its numbers */
+    const struct kt_key *key; /* key of an effect or loop (descriptor.h); NULL for other owners */
 } kt_parameter;
 
 /* Finds a parameter by its name.

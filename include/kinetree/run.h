@@ -9,7 +9,7 @@
 #ifndef KINETREE_RUN_H
 #define KINETREE_RUN_H
 
-#include "kinetree/integrator.h"
+#include "kinetree/method.h"
 #include "kinetree/model.h"
 #include "kinetree/record.h"
 
@@ -99,6 +99,55 @@ KT_API unsigned kt_run_record(const kt_run *run, const kt_model *model);
  * value. */
 KT_API const char *kt_metric_name(kt_metric metric);
 KT_API const char *kt_plan_name(kt_plan plan);
+
+/* ---- other choices of `simulate` ------------------------------------------------------------------------------------
+ *
+ * These choices are no members of a run. A program passes them to other functions (kt_scene).
+ */
+
+/* Formulations. X(id, name in scene files) */
+#define KT_FORMULATION_LIST(X)                                                                                         \
+    X(KT_FORMULATION_TREE, tree)         /* coordinates of the tree's joints */                                        \
+    X(KT_FORMULATION_ABSOLUTE, absolute) /* all bodies free, all joints loops */
+
+/* The integrated coordinates. The tree formulation, the default of every simulation, has the coordinates of the tree's
+ * joints. The absolute formulation is a reference for comparison. It has the positions of all bodies in the world, and
+ * every joint is a constraint between two bodies [MSD 7.1]. */
+typedef enum kt_formulation {
+#define KT_FORMULATION_ENUM(id, name) id,
+    KT_FORMULATION_LIST(KT_FORMULATION_ENUM)
+#undef KT_FORMULATION_ENUM
+        KT_FORMULATION_COUNT /* how many */
+} kt_formulation;
+
+/* Reductions of loops. X(id, name in scene files) */
+#define KT_REDUCTION_LIST(X)                                                                                           \
+    X(KT_REDUCTION_QR, qr)               /* QR decomposition with column pivoting */                                   \
+    X(KT_REDUCTION_PARTITION, partition) /* independent coordinates, by elimination with pivoting */                   \
+    X(KT_REDUCTION_SVD, svd)             /* singular values */                                                         \
+    X(KT_REDUCTION_EIGEN, eigen)         /* zero eigenvalues of A'A: half the digits near singular positions */
+
+/* The method that solves the equations of loops. */
+typedef enum kt_reduction {
+#define KT_REDUCTION_ENUM(id, name) id,
+    KT_REDUCTION_LIST(KT_REDUCTION_ENUM)
+#undef KT_REDUCTION_ENUM
+        KT_REDUCTION_COUNT /* how many */
+} kt_reduction;
+
+/* How a simulation steps over hard contacts, stops, slack ropes and friction that sticks. X(id, name in scene files) */
+#define KT_CONTACT_SCHEME_LIST(X)                                                                                      \
+    X(KT_CONTACT_EVENTS, events) /* impacts and transitions are events at which steps end */                           \
+    X(KT_CONTACT_STEPS, steps)   /* time stepping: fixed steps with impulses, which end at no event */
+
+/* The scheme of a simulation. Time stepping is Moreau's midpoint rule, of first order. Time stepping needs a fixed step
+ * (kt_run.step), replaces the integration method, and supports only Newton's rule of impacts. */
+typedef enum kt_contact_scheme {
+#define KT_CONTACT_SCHEME_ENUM(id, name) id,
+    KT_CONTACT_SCHEME_LIST(KT_CONTACT_SCHEME_ENUM)
+#undef KT_CONTACT_SCHEME_ENUM
+        KT_CONTACT_SCHEME_COUNT /* how many */
+} kt_contact_scheme;
 
 /* ---- the plan ---------------------------------------------------------------------------------------------------- */
 

@@ -43,8 +43,8 @@
 #ifndef KINETREE_SCENE_H
 #define KINETREE_SCENE_H
 
+#include "kinetree/run.h"
 #include "kinetree/simulation.h"
-#include "kinetree/study.h" /* types alone */
 
 #include <stdio.h>
 

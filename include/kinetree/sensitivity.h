@@ -82,8 +82,8 @@
 #ifndef KINETREE_SENSITIVITY_H
 #define KINETREE_SENSITIVITY_H
 
-#include "kinetree/integrator.h"
 #include "kinetree/mechanism.h"
+#include "kinetree/method.h"
 #include "kinetree/simulation.h"
 
 #ifdef __cplusplus

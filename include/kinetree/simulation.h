@@ -25,9 +25,9 @@
 #define KINETREE_SIMULATION_H
 
 #include "kinetree/dynamics.h"
-#include "kinetree/equations.h"
-#include "kinetree/integrator.h"
+#include "kinetree/instant.h"
 #include "kinetree/mechanism.h"
+#include "kinetree/method.h"
 #include "kinetree/model.h"
 #include "kinetree/record.h"
 #include "kinetree/run.h"
@@ -43,6 +43,9 @@ extern "C" {
 
 /* A mechanism in motion: its state, its time, and all memory that a step writes. */
 typedef struct kt_simulation kt_simulation;
+
+/* The transformation to another model (equations.h). */
+typedef struct kt_transformation kt_transformation;
 
 /* Reports how far a run has come. The callback must not change the simulation. The callback returns 0 to continue;
  * another value ends the run with KT_ERROR_CALLBACK. */

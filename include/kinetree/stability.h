@@ -1,4 +1,5 @@
-/* Linear stability of a method: its stability function R, the growth of modes, and the largest stable step.
+/* Experimental. Linear stability of a method: its stability function R, the growth of modes, and the largest stable
+ * step.
  *
  *     y' = lambda y,   y1 = R(h lambda) y0
  */

@@ -1,7 +1,7 @@
-/* Comparisons, which no simulation needs: other reductions of the loop equations, and a work-precision study. The
- * header includes other formulations (formulation.h) and differential-algebraic baselines (dae.h). The header also runs
- * batches on several threads, because the core library has no threads. These functions form a library of their own,
- * libkinetree-study.
+/* Experimental. Comparisons, which no simulation needs: other reductions of the loop equations, and a work-precision
+ * study. The header includes other formulations (formulation.h) and differential-algebraic baselines (dae.h). The
+ * header also runs batches on several threads, because the core library has no threads. These functions form a library
+ * of their own, libkinetree-study.
  *
  * An accuracy study runs a scene with every method at many steps and tolerances. The error of each run is measured
  * against a reference of known uncertainty. The cost of each run is counted and timed.
@@ -39,6 +39,7 @@
 #include "kinetree/dae.h"
 #include "kinetree/formulation.h"
 #include "kinetree/mechanism.h"
+#include "kinetree/run.h"
 #include "kinetree/sensitivity.h"
 #include "kinetree/simulation.h"
 
@@ -104,21 +105,6 @@ KT_API KT_CHECKED kt_status kt_rollout_run(const kt_model *model, kt_data *const
                                            kt_cost *cost, size_t *used, kt_error *error);
 
 /* ---- other reductions, for comparison ---------------------------------------------------------------------------- */
-
-/* Reductions of loops. X(id, name in scene files) */
-#define KT_REDUCTION_LIST(X)                                                                                           \
-    X(KT_REDUCTION_QR, qr)               /* QR decomposition with column pivoting */                                   \
-    X(KT_REDUCTION_PARTITION, partition) /* independent coordinates, by elimination with pivoting */                   \
-    X(KT_REDUCTION_SVD, svd)             /* singular values */                                                         \
-    X(KT_REDUCTION_EIGEN, eigen)         /* zero eigenvalues of A'A: half the digits near singular positions */
-
-/* The method that solves the equations of loops. */
-typedef enum kt_reduction {
-#define KT_REDUCTION_ENUM(id, name) id,
-    KT_REDUCTION_LIST(KT_REDUCTION_ENUM)
-#undef KT_REDUCTION_ENUM
-        KT_REDUCTION_COUNT /* how many */
-} kt_reduction;
 
 /* Returns the name, such as "qr"; NULL for a value out of range. */
 KT_API const char *kt_reduction_name(kt_reduction reduction);

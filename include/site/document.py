@@ -58,7 +58,7 @@ def inline(text):
 
 _headers = []
 # Headers without a page: all of them at once, and names of the last version.
-UNLISTED = ("kinetree",)
+UNLISTED = ("kinetree", "experimental")
 
 
 def headers():

@@ -2,7 +2,7 @@
 
 one_file.py COMPILER SOURCE-ROOT FOLDER BITS.c [SCENE.a STUDY.a CORE.a]
 
-Writes kinetree.c and kinetree.h, compiles them once, and runs sampled test programs of the suite with them. With the
+Writes kinetree.c and its two headers, compiles them once, and runs sampled test programs of the suite with them. With the
 archives of the library, states of all bundled scenes are compared to the last bit.
 """
 import pathlib
@@ -20,14 +20,14 @@ TEST_FLAGS = ["-std=c17", "-O1", "-D_POSIX_C_SOURCE=200809L", "-UNDEBUG", "-Iinc
 LAPACK = ["-llapacke", "-lopenblas"]
 MODES = {"plain": []}
 CPP_FLAGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
-CPP_PROGRAM = """#include "kinetree.h"
+CPP_PROGRAM = """#include "kinetree-experimental.h"
 int main() {
     kt_model *model = nullptr;
     kt_error error = {};
     const kt_description empty = kt_description_default();
     const kt_status status = kt_model_compile(&empty, nullptr, &model, &error);
     kt_model_free(model);
-    return status == KT_OK ? 0 : 1;
+    return status == KT_OK && kt_integrator_size(kt_method_find("rk4"), 2) > 0 ? 0 : 1;
 }
 """
 WRONG_CALLS = {"": "give the folder of the sources and a folder", ". --small": "there is no option '--small'",

@@ -161,8 +161,7 @@ KT_TEST(estimated_works_are_believed_up_to_their_uncertainty) {
         kt_energy_watch watch = watch_of(KT_ENERGY_SUPPLIED);
         kt_record record = {.kinetic = 10.0, .work = {none, none}, .estimate = {0.0, 0.0, 0.0}};
         kt_energy_watch_add(&watch, &record);
-        record =
-            (kt_record){.t = 1.0, .kinetic = 8.0 - missing[i], .work = {none, none}, .estimate = {2.0, 0.5, 10.0}};
+        record = (kt_record){.t = 1.0, .kinetic = 8.0 - missing[i], .work = {none, none}, .estimate = {2.0, 0.5, 10.0}};
         kt_energy_watch_add(&watch, &record);
         kt_check_true("estimated", watch.has_estimate && !watch.has_balance);
         kt_check_near("imbalance", watch.balance_change, missing[i], 1e-14);

@@ -3,6 +3,7 @@
 #include "../reference/scene.h"
 
 #include "kinetree/analysis.h"
+#include "kinetree/stability.h"
 
 #include <math.h>
 

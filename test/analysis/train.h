@@ -8,6 +8,7 @@
 #define KT_TEST_ANALYSIS_TRAIN_H
 
 #include "fixture.h"
+#include "kinetree/stability.h"
 
 enum { TRAIN_MAX = 8 };
 

@@ -6,6 +6,7 @@
 
 #include "dynamics/dynamics.h"
 #include "kinetree/batch.h"
+#include "kinetree/ensemble.h"
 #include "kinetree/study.h"
 
 #include <math.h>

@@ -5,6 +5,7 @@
 #include "text.h"
 
 #include "kinetree/batch.h"
+#include "kinetree/ensemble.h"
 #include "kinetree/scene.h"
 #include "kinetree/simulation.h"
 

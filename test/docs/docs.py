@@ -20,7 +20,7 @@ OURS = r"\b(?:kt|KT)_\w+\b"
 
 
 def preprocess(compiler, include, *options):
-    run = subprocess.run([*compiler, "-E", *options, f"-I{include}", "-x", "c", "-"], input="#include <kinetree/kinetree.h>\n",
+    run = subprocess.run([*compiler, "-E", *options, f"-I{include}", "-x", "c", "-"], input="#include <kinetree/experimental.h>\n#include <kinetree/kinetree.h>\n",
                          capture_output=True, text=True, check=True, env={**os.environ, "LC_ALL": "C"})
     return run.stdout
 

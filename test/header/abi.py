@@ -1,10 +1,10 @@
-"""The interface of the library is that of its version.
+"""The stable interface of the library is that of its version.
 
 abi.py INCLUDE-DIRECTORY DUMP LAYOUT VERSION [C-COMPILER...]     compares the headers with those of the last release
 abi.py --update INCLUDE-DIRECTORY DUMP LAYOUT C-COMPILER...      writes both files of a release
 
-A dump has a line for each function, struct, enumeration, callback type and constant of the public headers: its name, and a
-sum of its declaration without comments and white space. A binary or a program of the last release depends on these. New
+A dump has a line for each function, struct, enumeration, callback type and constant of the stable headers, which kinetree.h
+includes: its name, and a sum of its declaration without comments and white space. A binary or a program of the last release depends on these. New
 names break nothing. A name that is gone or has another declaration needs another interface version (the SONAME), which is
 MAJOR.MINOR before 1.0 and MAJOR after it. Structs of options may grow at their end: they tell their size.
 
@@ -34,18 +34,22 @@ def interface_of(version):
     return f"{major}.{minor}" if major == "0" else major
 
 
+def headers(include, umbrella="kinetree.h"):
+    """The stable headers, or those of another umbrella."""
+    found = re.findall(r'^#include "(kinetree/\w+\.h)"', (include / "kinetree" / umbrella).read_text(), flags=re.M)
+    return [include / name for name in sorted(found)]
+
+
 def functions(text):
     """The declarations of functions in a header."""
     text = re.sub(r"/\*.*?\*/", "", text, flags=re.S).replace("\\\n", " ")
     return re.findall(r"^KT_API (.*?);", re.sub(r"^\s*#.*$", "", text, flags=re.M).replace("KT_CHECKED", ""), flags=re.S | re.M)
 
 
-def declarations(include):
+def declarations(include, umbrella="kinetree.h"):
     """Name and text of everything that a program can depend on, without comments and white space."""
     found = {}
-    for path in sorted((include / "kinetree").glob("*.h")):
-        if path.name == "kinetree.h":
-            continue
+    for path in headers(include, umbrella):
         text = re.sub(r"/\*.*?\*/", "", path.read_text(), flags=re.S).replace("\\\n", " ")
         for line in re.findall(r"^#define (KT_\w+.*)$", text, flags=re.M):
             name = re.match(r"\w+", line)[0]
@@ -100,7 +104,7 @@ def layout(include, compiler, folder):
     """What abidw writes of a library of empty functions with these headers."""
     source, library = folder / "interface.c", folder / "libinterface.so"
     lines = ['#include "kinetree/kinetree.h"']
-    for path in sorted((include / "kinetree").glob("*.h")):
+    for path in headers(include):
         for declaration in functions(path.read_text()):
             declaration = re.sub(r"KT_PRINTF\(.*?\)", "", declaration)
             lines.append(f"KT_API {declaration} {{ __builtin_trap(); }}")
@@ -165,10 +169,14 @@ def main():
         return
     include, dump, archive, version = (*(pathlib.Path(argument) for argument in sys.argv[1:4]), sys.argv[4])
     now = declarations(include)
+    experimental = declarations(include, "experimental.h")
     released, then = read(dump)
+    then = {name: body for name, body in then.items() if name not in experimental}  # 0.1.0 made no difference
     changes = broken(now, then)
-    note(f"{len(now)} declarations; since {released}: {len(changes)} changed or gone, {len(now.keys() - then.keys())} new")
+    note(f"{len(now)} stable declarations, {sum(not re.search('[ #]', name) for name in now)} functions; since {released}: {len(changes)} changed or gone, {len(now.keys() - then.keys())} new")
     claim("headers_have_declarations", [] if len(now) > 500 and len(then) > 500 else [f"{len(now)}, {len(then)}"])
+    claim("functions_are_stable_or_experimental", sorted(now.keys() & experimental.keys()) +
+          ([] if "kt_model_compile" in now and "kt_dae_create" in experimental else ["kt_model_compile or kt_dae_create is in the wrong part"]))
     claim("interface_changes_with_the_version_alone", problems(version, released, changes))
     sums = {name: entry(name, body) for name, body in now.items()}
     struct = next(name for name in now if name.startswith("struct "))

@@ -5,6 +5,7 @@
 #include "check.h"
 #include "sanitized.h"
 
+#include "kinetree/experimental.h"
 #include "kinetree/kinetree.h"
 
 #include <limits.h>

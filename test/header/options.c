@@ -3,6 +3,7 @@
  * succeeds. */
 #include "check.h"
 
+#include "kinetree/experimental.h"
 #include "kinetree/kinetree.h"
 
 #include <limits.h>

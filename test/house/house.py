@@ -14,10 +14,12 @@ from claims import claim, finish, note
 from folders import PLACES, ROOMS, STOREYS
 
 # Faces with another name than their room's.
-FACES = {"status": "base", "description": "model", "descriptor": "model", "function": "model", "body": "model", "import": "robot", "export": "robot",
-         "method": "integrator", "stability": "integrator", "run": "step", "record": "step", "equations": "step", "simulation": "step",
-         "formulation": "compare", "dae": "compare", "study": "compare", "build": "parts", "closure": "assembly", "mechanism": "evaluate",
-         "kinetree": None}
+FACES = {"status": "base", "description": "model", "descriptor": "model", "quantity": "model", "function": "model", "body": "model", "import": "robot", "export": "robot",
+         "method": "integrator", "stability": "integrator", "run": "step", "record": "step", "equations": "step", "instant": "step", "simulation": "step",
+         "formulation": "compare", "dae": "compare", "study": "compare", "build": "parts", "ensemble": "batch", "closure": "assembly", "mechanism": "evaluate",
+         "kinetree": None, "experimental": None}
+
+UMBRELLAS = ("kinetree.h", "experimental.h")  # the stable faces, and the others
 
 TOP = {"CHANGELOG.md", "CITATION.cff", "LICENSE", "README.md", "apps", "bench", "include", "lib", "meson.build", "meson_options.txt", "pyproject.toml", "test"}
 NEW_FORMAT = re.compile(r"%[-+ 0#]*[\d.*]*(?:[zjt][diouxX]|ll[diu])")  # newlib takes the wrong argument for the %s after these: it reads a wild address
@@ -53,7 +55,7 @@ def direction_problem(root, path, target):
         if other is None and path.name == "struct_size.c":  # sizes of all public structs, and no symbol
             return None
         if other is None:
-            return "is for users of the library" if parts[-1] == "kinetree.h" else "is no room's face"
+            return "is for users of the library" if parts[-1] in UMBRELLAS else "is no room's face"
     elif len(parts) == 1:
         return None if (path.parent / target).is_file() else "is not in this room (write ROOM/name.h)"
     else:
@@ -69,7 +71,7 @@ def direction_problem(root, path, target):
 
 def direction_problems(root, sources):
     for path in sources:
-        if path.name == "kinetree.h":
+        if path.name in UMBRELLAS:
             continue
         if source_room(root, path) not in ROOMS:
             yield f"{path.relative_to(root)}: no room of the house has this face"
@@ -123,6 +125,21 @@ def picture_problems(path, pages):
         yield f"{path.name}: no page shows it"
 
 
+def surface_problems(faces):
+    """Faces in no umbrella or in both, stable ones that include experimental ones, and first lines that do not fit."""
+    stable, experimental = ([target.split("/")[1] for _, target in includes(faces[0].parent / name)] for name in UMBRELLAS)
+    for path in faces:
+        if path.name in UMBRELLAS:
+            continue
+        if [path.name in stable, path.name in experimental].count(True) != 1:
+            yield f"{path.name}: in {'both' if path.name in stable else 'none'} of {' and '.join(UMBRELLAS)}"
+        if path.name in stable:
+            yield from (f"{path.name}:{number}: includes {target}, which is experimental" for number, target in includes(path)
+                        if target.split("/")[-1] in experimental)
+        if path.read_text().startswith("/* Experimental. ") != (path.name in experimental):
+            yield f"{path.name}: '/* Experimental. ' begins the experimental headers, and no other ones"
+
+
 def torn_rows(path):
     """Rows of tables with more or fewer cells than the row above, as a formula with |x| has, and rows after a text."""
     above, cells = "", 0
@@ -148,9 +165,7 @@ def main():
     claim("lib_has_seven_storeys_of_rooms_that_meson_lists", misplaced(root))
     claim("rooms_use_only_what_is_below_them", list(direction_problems(root, library)))
 
-    umbrella = [target for _, target in includes(root / "include/kinetree/kinetree.h")]
-    claim("umbrella_includes_every_face",
-          [path.name for path in faces if path.stem != "kinetree" and f"kinetree/{path.name}" not in umbrella])
+    claim("each_face_is_stable_or_experimental_and_its_first_line_states_it", list(surface_problems(faces)))
 
     claim("every_source_is_built",
           [*unbuilt(root, "lib", "*.c"), *unbuilt(root, "apps", "*.c"), *unbuilt(root, "test", "*.c"),

@@ -16,6 +16,7 @@ from claims import claim, finish, skip
 
 # Reaches what each library needs of others: LAPACK, a reader of YAML, one of XML.
 PROGRAM = """
+#include <kinetree/experimental.h>
 #include <kinetree/kinetree.h>
 #include <stdio.h>
 typedef void call(void);
@@ -145,7 +146,7 @@ def main():
         found = {path.relative_to(root).as_posix() for path in root.rglob("*")}
         header = next(root.rglob("include/kinetree/status.h")).read_text()
         interface = re.search(r'KT_VERSION "(0\.\d+|[1-9]\d*)', header)[1]  # the SONAME
-        wanted = ["/include/kinetree/kinetree.h", "/libkinetree.so", f"/libkinetree.so.{interface}", "/libkinetree.a", "/kinetree.pc", "/cmake/kinetree/kinetreeConfig.cmake"]
+        wanted = ["/include/kinetree/kinetree.h", "/include/kinetree/experimental.h", "/libkinetree.so", f"/libkinetree.so.{interface}", "/libkinetree.a", "/kinetree.pc", "/cmake/kinetree/kinetreeConfig.cmake"]
         wanted += ["/libkinetree-study.so", "/libkinetree-study.a", "/kinetree-study.pc"]
         wanted += ["/libkinetree-lapack.so"] if has_module == "true" else []
         wanted += ["/libkinetree-scene.so", "/libkinetree-scene.a", "/kinetree-scene.pc"] if has_scene == "true" else []

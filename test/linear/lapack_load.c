@@ -1,6 +1,7 @@
 /* The shared library loads OpenBLAS, whose threads start with it, when a model first needs it and not before. */
 #include "check.h"
 #include "describe.h"
+#include "kinetree/experimental.h"
 #include "kinetree/kinetree.h"
 
 #include <dirent.h>

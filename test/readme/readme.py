@@ -33,7 +33,7 @@ from folders import ROOMS
 WRITTEN = {"kinetree.c"}  # by apps/amalgamate; pages name it
 GENERATED = {"python-reference.md"}  # from docstrings, which test/python compares
 WARNINGS = ["-std=c17", "-Wall", "-Wextra", "-Werror"]
-HEAD = "#include <kinetree/kinetree.h>\n#include <stdio.h>\n#include <stdlib.h>\n#include <string.h>\n"
+HEAD = "#include <kinetree/experimental.h>\n#include <kinetree/kinetree.h>\n#include <stdio.h>\n#include <stdlib.h>\n#include <string.h>\n"
 FRAGMENT = """
 kt_status fragment_{line}(const kt_model *model, kt_data *data, kt_simulation *simulation, double *q, double *v, double *a,
                           double *tau, double *y, size_t n, kt_integrator_callbacks callbacks,

@@ -4,6 +4,7 @@
 #include "grown.h"
 
 #include "kinetree/simulation.h"
+#include "kinetree/stability.h"
 
 #include <float.h>
 #include <math.h>

@@ -3,6 +3,7 @@
  * The derivatives of this step are therefore
  *     A = R(h L),  B = (R(h L) - 1) L^-1 (0, 1/m) */
 #include "differences.h"
+#include "kinetree/stability.h"
 
 #include <float.h>
 #include <math.h>

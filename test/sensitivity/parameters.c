@@ -3,6 +3,7 @@
 #include "differences.h"
 
 #include "kinetree/scene.h"
+#include "kinetree/stability.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,6 +1,7 @@
 /* Random closed mechanisms, with loops of every type, in the absolute formulation: their accelerations against the
  * dense solution of the tree's equations, and their mobility. */
 #include "../constraint/tangle.h"
+#include "kinetree/equations.h"
 
 #include "../formulation.h"
 #include "model/model.h"

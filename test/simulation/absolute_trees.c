@@ -3,6 +3,7 @@
 #include "../dynamics/tree.h"
 
 #include "../formulation.h"
+#include "kinetree/equations.h"
 #include "kinetree/mechanism.h"
 
 #include <math.h>

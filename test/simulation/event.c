@@ -224,7 +224,8 @@ KT_TEST(turns_and_pulses_are_found_however_long_the_steps_are) {
         kt_simulation *simulation = simulate(model, &run, 2, 0);
         kt_note("%s", methods[m]);
         add(simulation, &(kt_event){.name = "turn", .function = sine, .action = count, .user = &t});
-        add(simulation, &(kt_event){.name = "pulse", .function = square_wave, .breakpoint = edge_of_wave, .user = &middle});
+        add(simulation,
+            &(kt_event){.name = "pulse", .function = square_wave, .breakpoint = edge_of_wave, .user = &middle});
         kt_test_advance(simulation, 28.0);
         kt_check_equal_int("turns", t.count, 62);
         for (int k = 0; k < t.count && k < 62; k += 20)

@@ -104,7 +104,7 @@ static search choose(kt_random *random, const kind *what, double t) {
 
 static kt_simulation *prepare(const kt_model *model, const kind *what, double t, search *s) {
     const kt_event sines = {.name = "sine", .function = sine, .action = check_sine, .user = s};
-    const kt_event pulses = {.name = "pulse", .function = pulse, .corner = corner, .action = count, .user = s};
+    const kt_event pulses = {.name = "pulse", .function = pulse, .breakpoint = corner, .action = count, .user = s};
     const double q = 0.0;
     kt_error error = {0};
     kt_simulation_options options = kt_simulation_options_default();

@@ -278,7 +278,7 @@ KT_TEST(steps_end_at_the_corners_of_laws) {
     const kt_run by = run_by("dopri5", 0.0);
     describe(&m, true, true);
     give_law(&m.effects[0], &m.n, switched, NULL, of_motor, 1);
-    m.effects[0].corner = corner;
+    m.effects[0].breakpoint = corner;
     m.states[0].initial = 0.0;
     m.states[1].rate = "0";
     m.effects[0].state_count = 1;

@@ -106,7 +106,7 @@ KT_TEST(breakpoints_without_end_are_no_progress) {
     kt_model *model = two_pendulums(&none, false);
     kt_simulation_options options = kt_simulation_options_default();
     double user = apart;
-    options.corner = next_corner;
+    options.breakpoint = next_corner;
     options.user = &user;
     kt_simulation *s = start(model, "dopri5", &options);
     kt_error e = {0};

@@ -1,5 +1,6 @@
 /* Accuracy studies that are impossible, or possible in part only: the messages, and the results that are kept. */
 #include "bench.h"
+#include "kinetree/equations.h"
 
 #include <math.h>
 

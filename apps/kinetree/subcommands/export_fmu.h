@@ -5,6 +5,7 @@
 
 #include "../fmu/roles.h"
 #include "../fmu/signal.h"
+#include "kinetree/descriptor.h"
 #include "records/columns.h"
 #include "text/arguments.h"
 

@@ -10,6 +10,7 @@
 #include "text/bytes.h"
 
 #include "kinetree/batch.h"
+#include "kinetree/ensemble.h"
 #include "kinetree/scene.h"
 
 #include <stdbool.h>

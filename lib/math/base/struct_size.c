@@ -1,4 +1,5 @@
 /* Sizes of public structs, by their names. No code of the folders above is used: their headers declare the structs. */
+#include "kinetree/experimental.h"
 #include "kinetree/kinetree.h"
 
 #include <string.h>

@@ -4,6 +4,7 @@
 #define KT_BATCH_ENSEMBLE_LANE_H
 
 #include "batch/batch.h"
+#include "kinetree/ensemble.h"
 #include "simulation/step_parts.h"
 
 typedef struct kt_ensemble_counts {

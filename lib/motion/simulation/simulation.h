@@ -2,6 +2,7 @@
 #ifndef KT_SIMULATION_SIMULATION_H
 #define KT_SIMULATION_SIMULATION_H
 
+#include "kinetree/integrator.h"
 #include "step/simulation_struct.h"
 
 /* Adds an event whose name is known to be free, and for which there is room. */

@@ -5,7 +5,10 @@
 
 #include "base/arena.h"
 #include "evaluate/gaps.h"
+#include "kinetree/equations.h"
+#include "kinetree/integrator.h"
 #include "kinetree/simulation.h"
+#include "kinetree/stability.h"
 #include "model/model.h"
 #include "model/switching.h"
 

@@ -12,6 +12,7 @@
 #ifndef KT_STUDY_ABSOLUTE_H
 #define KT_STUDY_ABSOLUTE_H
 
+#include "kinetree/equations.h"
 #include "kinetree/study.h"
 #include "model/model.h"
 
