@@ -69,6 +69,9 @@ FMU_TOP = '''/* Kinetree {version}, an FMU in one file. Do not edit: apps/amalga
 '''
 
 MACROS = '''
+#ifndef NDEBUG
+#define NDEBUG 1 /* asserts are for the tests of the library */
+#endif
 #ifndef KINETREE_FULL
 #define KT_NO_LAPACK 1
 #endif

@@ -158,6 +158,8 @@ def main():
         claim(f"{name}_compiles_without_warnings", [] if engine else ["it does not compile"])
         if engine:
             check_page(bench, name, engine)
+            undefined = bench.run("nm", "--undefined-only", engine) or "__assert_fail"
+            claim(f"{name}_has_no_asserts", ["it calls __assert_fail"] if "__assert_fail" in undefined else [])
     fast = subprocess.run([compiler, *FLAGS, "-ffast-math", "-fsyntax-only", "kinetree.c"], cwd=folder, capture_output=True, text=True)
     expected = fast.returncode != 0 and "sums must keep their order" in fast.stderr
     claim("a_compiler_that_reorders_sums_is_rejected", [] if expected else [fast.stderr[:400] or "it compiles"])

@@ -16,6 +16,7 @@
 
 #include "kinetree/status.h"
 
+#include <assert.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -39,6 +40,7 @@ static inline size_t kt_arena_round(size_t bytes) {
 
 #define KT_ARENA_LAYOUT(function, object_type, list, ...)                                                              \
     static size_t function(void *memory, __VA_ARGS__) {                                                                \
+        assert((uintptr_t)memory % KT_ARENA_ALIGNMENT == 0);                                                           \
         object_type *object = (object_type *)memory;                                                                   \
         size_t used = kt_arena_round(sizeof *object), at = used;                                                       \
         list(KT_ARENA_MEASURE) if (memory != NULL) { list(KT_ARENA_PLACE) }                                            \
@@ -49,6 +51,7 @@ static inline size_t kt_arena_round(size_t bytes) {
  * function(object, memory, ...). The object may be NULL while measuring, unless counts read it. */
 #define KT_ARENA_ARRAYS(function, object_type, list, ...)                                                              \
     static size_t function(object_type *object, void *memory, __VA_ARGS__) {                                           \
+        assert((uintptr_t)memory % KT_ARENA_ALIGNMENT == 0);                                                           \
         size_t used = 0, at = 0;                                                                                       \
         list(KT_ARENA_MEASURE) if (memory != NULL) { list(KT_ARENA_PLACE) }                                            \
         return used;                                                                                                   \

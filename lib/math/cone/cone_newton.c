@@ -3,6 +3,7 @@
 
 #include "kinetree/algebra.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -154,6 +155,7 @@ static double substitute_row(int n, const double *A, const double *x, int i) {
 }
 
 bool kt_cone_eliminate(int n, double *A, double *x) {
+    assert(n >= 0 && (A != x || n == 0));
     const double least = 1e-11 * largest_entry(n * n, A);
     int r = 0;
     for (int i = 1; i < n; i++)
@@ -170,6 +172,7 @@ bool kt_cone_eliminate(int n, double *A, double *x) {
 }
 
 void kt_cone_eliminate_completely(kt_cone *cone, int n, double *x) {
+    assert(n >= 0 && n <= 3 * cone->most);
     double *A = cone->A, *z = cone->part;
     int rank = 0, *order = cone->order;
     double first = 0.0;
@@ -289,6 +292,8 @@ static void find_step(kt_cone *cone, const kt_cone_linear *of, const double *x, 
 }
 
 bool kt_cone_newton(kt_cone *cone, const kt_cone_linear *of, double *x, int most) {
+    assert(cone->n <= cone->most && most >= 0);
+    assert(x != cone->best && x != cone->trial && x != cone->u && x != cone->f && x != cone->other && x != cone->dx);
     const int m = 3 * cone->n;
     double last = kt_cone_residual(cone, of, x), left = last;
     bool done = last <= exact;

@@ -7,6 +7,7 @@
 #include "kinetree/algebra.h"
 #include "linear/cholesky.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -71,6 +72,7 @@ kt_coulomb_solution *kt_coulomb_solution_init(size_t items, size_t rows, void *m
 }
 
 void kt_coulomb_copy(const kt_coulomb *c, const kt_coulomb_solution *from, kt_coulomb_solution *to) {
+    assert(from != to);
     to->shares = from->shares;
     to->count = from->count;
     to->redundant = from->redundant;
@@ -84,6 +86,7 @@ void kt_coulomb_copy(const kt_coulomb *c, const kt_coulomb_solution *from, kt_co
 /* ---- unknowns ---------------------------------------------------------------------------------------------------- */
 
 static void add_unknown(kt_coulomb_system *s, int item, int row) {
+    assert(s->n < s->most);
     s->item[s->n] = item;
     s->equation[s->n] = row;
     s->across[s->n++] = -1;
@@ -391,6 +394,7 @@ bool kt_coulomb_is_held(const kt_coulomb *c, const kt_coulomb_solution *to, int 
 }
 
 void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to) {
+    assert(kt_coulomb_fits(c, to));
     kt_coulomb_system *s = c->system;
     begin_system(c, to, s);
     fill_system(c, to, s);
@@ -490,6 +494,7 @@ static void rotate_directions(const kt_coulomb *c, kt_coulomb_solution *to, cons
 }
 
 bool kt_coulomb_iterate(const kt_coulomb *c, kt_coulomb_solution *to) {
+    assert(c->size >= 0.0);
     double residual, last = HUGE_VAL, part = 1.0;
     for (int k = 0; k < ITERATIONS; k++) {
         kt_coulomb_linear(c, to);

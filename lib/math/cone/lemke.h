@@ -11,6 +11,7 @@
 #ifndef KT_LINEAR_LEMKE_H
 #define KT_LINEAR_LEMKE_H
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdbool.h>
@@ -37,6 +38,8 @@ static inline int kt_lemke_basis(const kt_lemke *t, int i) { return (int)t->basi
 static inline size_t kt_lemke_count(size_t n) { return n * (2 * n + 2) + 3 * n; }
 
 static inline void kt_lemke_pivot(kt_lemke *t, int r, int column) {
+    assert(r >= 0 && r < t->n && column >= 0 && column < kt_lemke_width(t) - 1);
+    assert(kt_lemke_row(t, r)[column] != 0.0);
     double *row = kt_lemke_row(t, r);
     const double by = row[column];
     for (int j = 0; j < kt_lemke_width(t); j++)

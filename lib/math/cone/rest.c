@@ -13,6 +13,7 @@
 #include "kinetree/algebra.h"
 #include "linear/cholesky.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -41,6 +42,7 @@ kt_rest *kt_rest_init(size_t rows, size_t columns, void *memory) {
 }
 
 kt_rest_item *kt_rest_add(kt_rest *rest, kt_rest_type type, double friction, double least, double metric) {
+    assert(metric > 0.0 && (type == KT_REST_FREE || friction >= 0.0));
     kt_rest_item *item = &rest->item[rest->n++];
     *item = (kt_rest_item){.type = type, .row = rest->rows, .friction = friction, .least = least, .metric = metric};
     rest->rows += type == KT_REST_CONE ? 3 : 1;
@@ -190,6 +192,7 @@ static bool solve_in_range(kt_rest *rest) {
 }
 
 bool kt_rest_begin_symmetric(kt_rest *rest) {
+    assert(rest->columns == rest->rows);
     scale_rows(rest, true);
     find_range(rest);
     find_ways(rest);

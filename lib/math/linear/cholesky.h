@@ -4,10 +4,14 @@
 
 #include "algebra/real.h"
 
+#include <assert.h>
 #include <math.h>
+#include <stdint.h>
 
 /* y = a x for an m x n matrix */
 static inline void kt_dense_apply(const kt_real1 *a, int m, int n, const kt_real1 *x, kt_real1 *y) {
+    assert(m >= 0 && n >= 0);
+    assert((uintptr_t)(y + m) <= (uintptr_t)x || (uintptr_t)(x + n) <= (uintptr_t)y);
     for (int i = 0; i < m; i++)
         y[i] = kt_real1_splat(0.0);
     for (int j = 0; j < n; j++)
@@ -26,6 +30,7 @@ KT_INLINE kt_real1 kt_dense_dot(const kt_real1 *a, const kt_real1 *b, int n) {
  * false if A is not positive definite beyond rounding errors, which are proportional to size[j] in A_jj (NULL: to A_jj
  * itself). */
 KT_INLINE kt_condition kt_dense_cholesky(kt_real1 *a, size_t stride, int n, const kt_real1 *size) {
+    assert(n >= 0 && stride >= (size_t)n);
     kt_condition positive = kt_condition_true();
     for (int j = 0; j < n; j++) {
         kt_real1 *column = a + (size_t)j * stride;
@@ -49,6 +54,7 @@ KT_INLINE kt_condition kt_dense_cholesky(kt_real1 *a, size_t stride, int n, cons
  * row with itself. Returns the square of the diagonal, which is of the size of rounding if the new row depends on
  * earlier rows. */
 static inline double kt_cholesky_add_row(double *L, ptrdiff_t stride, int n, double own) {
+    assert(n >= 0 && (stride > n || stride < -n));
     double *row = L + n * stride;
     for (int j = 0; j < n; j++) {
         const double *other = L + j * stride;
@@ -63,6 +69,8 @@ static inline double kt_cholesky_add_row(double *L, ptrdiff_t stride, int n, dou
 
 /* x = (L L')^-1 x */
 KT_INLINE void kt_dense_solve(const kt_real1 *l, int n, kt_real1 *x) {
+    assert(n >= 0);
+    assert((uintptr_t)(x + n) <= (uintptr_t)l || (uintptr_t)(l + (size_t)n * (size_t)n) <= (uintptr_t)x);
     for (int j = 0; j < n; j++) {
         x[j] /= l[(size_t)j * (size_t)(n + 1)];
         for (int i = j + 1; i < n; i++)

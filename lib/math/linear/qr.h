@@ -10,6 +10,7 @@
 
 #include "algebra/real.h"
 
+#include <assert.h>
 #include <math.h>
 
 /* A matrix A (m x k), then its factors; reflector_scale (t) and pivot: k. */
@@ -48,6 +49,7 @@ typedef struct kt_qr {
 
 /* Brings column `best` to j, with its norm. */
 KT_INLINE void kt_bring_column(const kt_qr *w, int m, int j, int best, double *norm) {
+    assert(j <= best && best < w->k);
     if (best == j)
         return;
     double *x = w->factor + (size_t)j * (size_t)m, *y = w->factor + (size_t)best * (size_t)m;
@@ -161,6 +163,7 @@ KT_INLINE void kt_reflect_four(const double *restrict u, double t, int j, int m,
  * squared norms of the columns' rows from j on, and afterwards from j + 1 on. They are recomputed at each column:
  * updated norms would lose their digits where the rank is decided. */
 KT_INLINE void kt_qr_step(const kt_qr *w, int m, int j, kt_index1 best, kt_real1 *norm) {
+    assert(m == w->m && j >= 0 && j < m && j < w->k);
     kt_bring_column(w, m, j, best, norm);
     kt_real1 *u = w->factor + (size_t)j * (size_t)m;
     const kt_real1 size = kt_sqrt1(norm[j]), r = KT_CHOOSE(u[j] > 0.0, -size, size), u0 = u[j] - r, t = -u0 / r;
@@ -216,6 +219,7 @@ KT_INLINE kt_index1 kt_longest_column(const kt_real1 *norm, int j, int k, kt_rea
 
 /* Divides weights out of the first `rank` columns of R again: A W P = Q R W. */
 KT_INLINE void kt_qr_unweight(const kt_qr *w, int m, int rank, const double *weight) {
+    assert(m == w->m && rank <= m && rank <= w->k);
     for (int c = 0; c < rank; c++) {
         const kt_real1 by = kt_pick_of(weight, w->k, w->pivot[c]);
         for (int i = 0; i <= c; i++)
@@ -225,6 +229,8 @@ KT_INLINE void kt_qr_unweight(const kt_qr *w, int m, int rank, const double *wei
 
 /* y = R1^-T P' b, `rank` numbers: R1' is lower triangular, its row i is column i of R. */
 KT_INLINE void kt_qr_solve_transposed(const kt_qr *w, int m, int rank, const kt_real1 *b, kt_real1 *y) {
+    assert(m == w->m && rank >= 0 && rank <= m && rank <= w->k);
+    assert(rank == 0 || b != y);
     for (int i = 0; i < rank; i++) {
         const kt_real1 *r = w->factor + (size_t)i * (size_t)m;
         kt_real1 sum = kt_pick(b, w->k, w->pivot[i]);
@@ -236,6 +242,7 @@ KT_INLINE void kt_qr_solve_transposed(const kt_qr *w, int m, int rank, const kt_
 
 /* y <- R1^-1 y, `rank` numbers. */
 KT_INLINE void kt_qr_solve(const kt_qr *w, int m, int rank, kt_real1 *y) {
+    assert(m == w->m && rank >= 0 && rank <= m && rank <= w->k);
     for (int i = rank - 1; i >= 0; i--) {
         for (int j = i + 1; j < rank; j++)
             y[i] -= w->factor[(size_t)j * (size_t)m + (size_t)i] * y[j];

@@ -6,6 +6,7 @@
 #include "dynamics/dynamics.h"
 #include "joint/joint.h"
 
+#include <assert.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <string.h>
@@ -119,6 +120,7 @@ kt_status kt_link_reject_inertia(const kt_model *model, size_t link, kt_error *e
 
 kt_status kt_forward_tree(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                           kt_error *error) {
+    assert(kt_data_serve(model, data));
     const kt_input input = {.q = at->q, .v = at->v, .x = at->tau, .what = "force", .external = at->external};
     const size_t failed = model->kernels->forward(model, data, at->q, at->v ? at->v : model->zero,
                                                   at->tau ? at->tau : model->zero, at->external, data->scratch);
@@ -130,6 +132,7 @@ kt_status kt_forward_tree(const kt_model *model, kt_data *data, const kt_dynamic
 
 kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                              const kt_wrench *external, double *tau, kt_error *error) {
+    assert(kt_data_serve(model, data));
     const kt_input input = {.q = q, .v = v, .x = a, .what = "acceleration", .external = external};
     model->kernels->inverse(model, data, q, v ? v : model->zero, a ? a : model->zero, external, data->scratch);
     return kt_commit(model, &input, data->scratch, tau, "force", error);

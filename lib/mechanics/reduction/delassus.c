@@ -3,8 +3,10 @@
 
 #include "reduction/front_link.h"
 
-/* C is computed from A A' if each row has a part orthogonal to earlier rows that exceeds this fraction of its
- * length. A A' squares the condition, so that C is exact to 1e-10. The rows' own lengths do not matter: scaling them
+#include <assert.h>
+
+/* C is found from A A' if each row has a part orthogonal to the rows before it that exceeds this fraction of its
+ * length. A A' squares the condition, and C then is exact to 1e-10. The rows' own lengths do not matter: scaling them
  * changes no digit of A A'. */
 #define SMALL 1e-3
 
@@ -287,6 +289,7 @@ static void square_all(const sweep *s, kt_real4 *square) {
 }
 
 kt_condition KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
+    assert(g < model->n.group);
     kt_real4 square[KT_DELASSUS_MAX], c[KT_DELASSUS_MAX];
     sweep s;
     if (!find_delassus_equations(model, data, g, rows, true, &s))
@@ -336,6 +339,7 @@ static void take_steps(const sweep *s, kt_real4 lambda, kt_real1 *step) {
 }
 
 void KT_KERNEL(kt_delassus_least)(const kt_model *model, kt_data *data, size_t g, kt_real1 *step) {
+    assert(g < model->n.group);
     kt_real4 mu = kt_zero4(), lambda = mu;
     sweep s;
     (void)find_delassus_equations(model, data, g, data->factored[g], true, &s);
@@ -500,6 +504,7 @@ KT_INLINE void add_responses(const sweep *s, bool planar, kt_real4 mu) {
 }
 
 kt_condition KT_KERNEL(kt_delassus_solve)(const kt_model *model, kt_data *data, size_t g, const kt_const1 *gravity) {
+    assert(g < model->n.group);
     sums to = {.force = kt_zero4()};
     kt_real4 mu = kt_zero4();
     sweep s;

@@ -3,6 +3,7 @@
 
 #include "reduction/front_link.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -276,6 +277,8 @@ static void respond_to_front4(const front4 *s, double *a) {
 }
 
 bool KT_KERNEL(kt_front4_solve)(const kt_model *model, kt_data *data, size_t g, const double *tau, double *a) {
+    assert(kt_data_serve(model, data) && g < model->n.group);
+    assert(model->group[g].form == KT_FORM_FRONT4);
     front4 s;
     const kt_rows rows = data->factored[g];
     kt_front_find(model, data, g, rows, &s.f);

@@ -4,6 +4,7 @@
 #include "linear/qr.h"
 #include "reduction/front_link.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -360,6 +361,7 @@ KT_INLINE bool factor_steps(kt_front *f, const front_goal *goal, found *at) {
 }
 
 int KT_KERNEL(kt_front_factor)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular) {
+    assert(kt_data_serve(model, data) && g < model->n.group);
     kt_front f;
     kt_front_find(model, data, g, rows, &f);
     const size_t first = (size_t)rows * model->n.front + (size_t)f.plan->step;
@@ -384,6 +386,7 @@ int KT_KERNEL(kt_front_factor)(const kt_model *model, kt_data *data, size_t g, k
 }
 
 double KT_KERNEL(kt_front_measure)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
+    assert(kt_data_serve(model, data) && g < model->n.group);
     kt_front f;
     const front_goal goal = {.eliminate = false};
     found at = {.last = (double)INFINITY};

@@ -13,6 +13,7 @@
 #include "linear/qr.h"
 #include "reduction/front_link.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* Adds to x the wrench w on a link of the group, about its origin, expressed about the parent's: r is the offset. */
@@ -164,6 +165,7 @@ static void find_front_multipliers(kt_front *f, double *lambda) {
 }
 
 void KT_KERNEL(kt_front_multipliers)(const kt_model *model, kt_data *data, size_t g, const double *a, double *lambda) {
+    assert(kt_data_serve(model, data) && g < model->n.group);
     kt_front f;
     kt_front_find(model, data, g, data->factored[g], &f);
     find_joint_forces(&f, a);
@@ -171,6 +173,7 @@ void KT_KERNEL(kt_front_multipliers)(const kt_model *model, kt_data *data, size_
 }
 
 void KT_KERNEL(kt_front_multipliers_of)(const kt_model *model, kt_data *data, size_t g, double *lambda) {
+    assert(kt_data_serve(model, data) && g < model->n.group);
     kt_front f;
     kt_front_find(model, data, g, data->factored[g], &f);
     for (int s = 0; s < f.group->link_count; s++)

@@ -4,9 +4,13 @@
 #include "linear/qr.h"
 #include "reduction/front_link.h"
 
+#include <assert.h>
+
 /* The parameters on which no later step depends are a basis, one after the other, at unit rate. This holds because the
  * changes of parameters are orthogonal. */
 void KT_KERNEL(kt_front_nullspace)(const kt_model *model, kt_data *data, size_t g, int column, double *x) {
+    assert(kt_data_serve(model, data) && g < model->n.group);
+    assert(column >= 0 && column < model->group[g].v_count - data->rank[g]);
     kt_front f;
     int s = 0, n = 0;
     kt_front_find(model, data, g, data->factored[g], &f);

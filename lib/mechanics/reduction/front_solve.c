@@ -8,6 +8,7 @@
 #define KT_COLUMN_SHIFT kt_motion_shift
 #include "reduction/front_constants.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* ---- the energy -------------------------------------------------------------------------------------------------- */
@@ -375,6 +376,7 @@ KT_INLINE void substitute(const kt_front *f, int s, int base, double *z) {
 }
 
 void KT_KERNEL(kt_front_respond)(const kt_model *model, kt_data *data, size_t g, const double *base, double *step) {
+    assert(kt_data_serve(model, data) && g < model->n.group);
     kt_front f;
     kt_front_find(model, data, g, data->factored[g], &f);
     const int count = base ? f.components : 0;

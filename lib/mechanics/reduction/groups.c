@@ -8,7 +8,10 @@
 #include "reduction/half_columns.h"
 #include "reduction/spatial_group.h"
 
+#include <assert.h>
+
 int KT_KERNEL(kt_group_factor)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular) {
+    assert(kt_data_serve(model, data) && g < model->n.group);
     const kt_group *group = &model->group[g];
     data->special_form[g] = KT_SPECIAL_FORM_NONE;
     if (kt_group_has_fronts(group))
@@ -119,6 +122,7 @@ void KT_KERNEL(kt_groups_multipliers_of)(const kt_model *model, kt_data *data, c
 /* For a group in the form of Delassus, data->special_form records from here on whether only its few equations have been
  * measured. */
 double KT_KERNEL(kt_damped_measure)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
+    assert(kt_data_serve(model, data) && g < model->n.group);
     double size = 0.0;
     const bool special =
         model->group[g].damped_form == KT_FORM_DELASSUS && KT_KERNEL(kt_delassus_measure)(model, data, g, rows, &size);

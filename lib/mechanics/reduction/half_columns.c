@@ -3,6 +3,8 @@
 
 #include "reduction/half_square.h"
 
+#include <assert.h>
+
 enum { LANES = KT_HALF_LANES };
 
 /* The place of the arrays among a group's matrices. */
@@ -74,6 +76,8 @@ static bool choose_half_equations(const kt_model *model, const kt_data *data, si
 }
 
 bool KT_KERNEL(kt_half_prepare)(const kt_model *model, kt_data *data, size_t g) {
+    assert(kt_data_serve(model, data) && g < model->n.group);
+    assert(model->group[g].form == KT_FORM_DENSE);
     if (!kt_group_is_locked(model, &model->group[g]) && !choose_half_equations(model, data, g))
         return false;
     data->factored[g] = KT_ROWS_ALL;
@@ -461,6 +465,8 @@ static void complete_multipliers(const kt_model *model, kt_data *data, const kt_
 }
 
 bool KT_KERNEL(kt_half_solve)(const kt_model *model, kt_data *data, size_t g) {
+    assert(kt_data_serve(model, data) && g < model->n.group);
+    assert(!kt_group_is_locked(model, &model->group[g]));
     const kt_group *group = &model->group[g];
     kt_half *h = half_of(model, data, g);
     if (group->rank[KT_ROWS_ALL] == 0)
@@ -547,6 +553,8 @@ static void add_force_rates(const kt_half *h, const kt_v4 *column, const kt_v4 *
 
 void KT_KERNEL(kt_half_respond)(const kt_model *model, const kt_data *data, size_t g, const kt_half_force *force,
                                 int count, double *column, double *change, double *rate) {
+    assert(count > 0);
+    assert(kt_half_has_terms(model, data, g));
     const kt_group *group = &model->group[g];
     const size_t rows = (size_t)group->row_count;
     const kt_half *h = half_of(model, data, g);
@@ -580,6 +588,8 @@ static void combine_columns(const kt_half *h, const double *factor, int count, c
 
 void KT_KERNEL(kt_half_add_forces)(const kt_model *model, kt_data *data, size_t g, const double *factor, int count,
                                    const double *change, const double *column) {
+    assert(count > 0);
+    assert(kt_half_has_terms(model, data, g));
     const kt_group *group = &model->group[g];
     const kt_half *h = half_of(model, data, g);
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);

@@ -20,6 +20,7 @@
 #include "linear/lapack.h"
 #endif
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -42,6 +43,8 @@ static void unweight(const kt_group_work *w, int rank) {
 /* Copies A' with the columns' weights, and factors it. Returns the rank, at most cap, or -1 if a number is not finite.
  * In lanes, *full becomes the states whose rank is cap, and the result is cap. */
 KT_INLINE int factor_any(const kt_group_work *w, int cap, kt_condition *full) {
+    assert(cap >= 0 && cap <= w->m && cap <= w->k);
+    assert(w->tolerance >= 0.0 && w->least >= 0.0);
     const int m = w->m;
     kt_real1 first = kt_real1_splat(0.0), all, *norm = w->work;
     const kt_qr qr = qr_of(w);
@@ -97,6 +100,7 @@ static int factor_small(const kt_group_work *w, int cap, kt_condition *full) {
 #ifndef KT_LANES
 
 static int factor_large(kt_group_work *w, int cap) {
+    assert(cap >= 0 && cap <= w->m && cap <= w->k);
     const int size = (int)kt_group_work_count((size_t)w->m, (size_t)w->k);
     const size_t m = (size_t)w->m, k = (size_t)w->k;
     for (size_t i = 0; i < m * k; i++) {

@@ -23,6 +23,7 @@
  */
 #include "integrator/dirk.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -159,6 +160,7 @@ const double *kt_dirk_slope(const kt_integrator *it) {
 }
 
 kt_try_result kt_dirk_solve(kt_integrator *it, double t, double part, size_t slot, kt_try *result) {
+    assert(slot < it->sizes.slots && isfinite(part) && part != 0.0);
     const double *stage = kt_newton_row(it, KT_DIRK_STAGE), *base = kt_newton_row(it, KT_DIRK_BASE);
     const kt_newton_work *w = kt_newton_of(it);
     kt_newton_begin(it);

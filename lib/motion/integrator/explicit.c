@@ -34,6 +34,7 @@
 #include "integrator/integrator.h"
 #include "integrator/lane_parts.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 
@@ -107,6 +108,7 @@ void kt_combine(double *restrict out, const double *restrict y, double h, const 
 }
 
 void kt_combine_rows(double *out, const double *y, double h, const double *weights, size_t count, double *k, size_t n) {
+    assert(count <= KT_METHOD_STAGES_MAX);
     kt_stage_term terms[KT_METHOD_STAGES_MAX];
     double *rows[KT_METHOD_STAGES_MAX];
     for (size_t j = 0; j < count; j++)
@@ -115,6 +117,8 @@ void kt_combine_rows(double *out, const double *y, double h, const double *weigh
 }
 
 kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *in, size_t first, size_t last, kt_try *result) {
+    assert(last <= (size_t)it->table->stages && (first == 0 || it->derivative_slot == 0));
+    assert(isfinite(in->h) && in->h != 0.0 && in->y != it->trial);
     const kt_method *m = it->table;
     for (size_t i = first; i < last; i++) {
         const double t = m->c[i] == 1.0 ? in->end : in->t + m->c[i] * in->h;
@@ -222,6 +226,8 @@ static kt_try_result need_slopes(kt_integrator *it, kt_try *r) {
 }
 
 void kt_dense_state(const kt_integrator *it, double t, size_t slots, double *const *k, double *y_out) {
+    assert(slots <= it->sizes.slots && slots <= KT_METHOD_STAGES_MAX + 1);
+    assert(it->memory.t != it->memory.previous_t && y_out != it->y && y_out != it->previous_y);
     const double t0 = it->memory.previous_t, theta = (t - t0) / (it->memory.t - t0);
     const double part = theta * theta * (3.0 - 2.0 * theta);
     const double *y0 = it->previous_y, *y1 = it->y;

@@ -2,6 +2,7 @@
 #include "integrator/integrator.h"
 #include "base/options.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -259,6 +260,7 @@ void kt_integrator_limit_call(kt_integrator *it, uint64_t tries) {
 }
 
 void kt_integrator_retreat(kt_integrator *it, double step) {
+    assert(it->started && step >= 0.0);
     kt_integrator_memory *m = &it->memory;
     if (!m->has_previous)
         return;

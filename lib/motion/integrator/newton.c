@@ -25,6 +25,7 @@
 
 #include "algebra/lu.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -235,6 +236,7 @@ static kt_try_result factor_one(kt_integrator *it, kt_complex sigma, kt_try *res
 }
 
 kt_try_result kt_newton_factor(kt_integrator *it, double h, double real, kt_complex pair, kt_try *result) {
+    assert(isfinite(h) && h != 0.0 && real > 0.0);
     kt_newton_work *w = kt_newton_of(it);
     if (!kt_is_same_step(h, w->now.step))
         w->now.step = h;
@@ -263,6 +265,7 @@ static void divide_components(kt_complex sigma, double *re, double *im, size_t f
 }
 
 kt_try_result kt_newton_solve(kt_integrator *it, kt_complex sigma, double *re, double *im, kt_try *result) {
+    assert(sigma.re != 0.0 && (im == NULL) == (sigma.im == 0.0));
     kt_newton_work *w = kt_newton_of(it);
     const kt_newton *newton = it->options.newton;
     const bool zero = kt_newton_is_zero(w);
@@ -283,6 +286,7 @@ kt_try_result kt_newton_solve(kt_integrator *it, kt_complex sigma, double *re, d
 /* ---- the iteration ----------------------------------------------------------------------------------------------- */
 
 double kt_newton_square(const kt_integrator *it, const double *x) {
+    assert(it->counted > 0);
     const double *scale = kt_newton_of(it)->scale;
     double sum = 0.0;
     for (size_t i = 0; i < it->counted; i++) {

@@ -61,6 +61,7 @@
 
 #include "integrator/complex.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -71,6 +72,7 @@ double kt_chebyshev_damping(const kt_method *method) { return method->order == 2
 int kt_chebyshev_copies(const kt_method *method) { return method->order == 2 ? 1 : 3; }
 
 kt_chebyshev kt_chebyshev_make(int stages, double damping) {
+    assert(stages >= 2 && damping > 0.0);
     const double s = (double)stages;
     kt_chebyshev family = {.stages = stages, .w0 = 1.0 + damping / (s * s)};
     kt_chebyshev_values v = kt_chebyshev_first(family.w0);

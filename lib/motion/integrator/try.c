@@ -6,6 +6,7 @@
 #include "base/where.h"
 #include "integrator/integrator.h"
 
+#include <assert.h>
 #include <math.h>
 
 size_t kt_first_not_finite(const double *values, size_t n) {
@@ -16,6 +17,8 @@ size_t kt_first_not_finite(const double *values, size_t n) {
 }
 
 kt_try_result kt_evaluate(kt_integrator *it, double t, const double *y, size_t slot, kt_try *result) {
+    assert(slot < it->sizes.slots && y != it->k[slot]);
+    assert(isfinite(t));
     it->memory.counts.evaluations++;
     const int code = it->callbacks.rhs(t, y, it->k[slot], it->callbacks.user);
     if (code == 0 && kt_all_finite(it->k[slot], it->sizes.n))
@@ -32,6 +35,7 @@ double kt_error_scale(const kt_integrator *it, size_t i, double y0, double y1) {
 }
 
 double kt_scaled_norm(const kt_integrator *it, const double *u, const double *v) {
+    assert(it->counted > 0);
     double sum = 0.0;
     for (size_t i = 0; i < it->counted; i++) {
         const double x = (u[i] - (v != NULL ? v[i] : 0.0)) / kt_error_scale(it, i, it->y[i], it->y[i]);
@@ -41,6 +45,7 @@ double kt_scaled_norm(const kt_integrator *it, const double *u, const double *v)
 }
 
 double kt_error_norm(const kt_integrator *it, double h) {
+    assert(it->counted > 0 && h != 0.0);
     double sum = 0.0;
     for (size_t i = 0; i < it->counted; i++) {
         const double u = it->family->error_at(it, h, i) / kt_error_scale(it, i, it->y[i], it->trial[i]);
