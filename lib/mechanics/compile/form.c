@@ -65,22 +65,32 @@ static bool has_formula(const kt_model *model, const kt_group *group) {
     return false;
 }
 
-/* Whether a dense group of spatial links on the ground has hard contacts, so that its equations may be solved in range
- * space (reduction/half_columns.h). The joints of such a mechanism have one axis, or are free. The same for a stop that
- * locks one joint. */
-static bool may_range(const kt_model *model, const kt_group *group) {
-    const bool locks = group->v_count == 1 && group->row_count == 1;
-    bool fits = (group->parent == 0 || locks) && !kt_group_is_planar(model, group) && model->reduction->chooses;
-    bool touches = false;
-    for (int i = 0; i < group->link_count && fits; i++) {
-        const int32_t link = model->group_link[group->link + i];
-        const kt_link *at = &model->link[link];
-        fits = (size_t)link < model->n.spatial &&
-               (kt_link_dofs(at) == 1 || (at->motion == KT_MOTION_FREE && at->parent == 0));
-    }
+static bool has_one_sided_loop(const kt_model *model, const kt_group *group) {
     for (int32_t i = group->loop; i < group->loop + group->loop_count; i++)
-        touches = touches || model->loop[model->group_loop[i]].side != KT_SIDE_NONE;
-    return fits && touches;
+        if (model->loop[model->group_loop[i]].side != KT_SIDE_NONE)
+            return true;
+    return false;
+}
+
+/* Whether half columns have a form for every link: it is computed in space, and its joint has one axis or frees it from
+ * the ground. */
+static bool has_half_columns(const kt_model *model, const kt_group *group) {
+    for (int i = 0; i < group->link_count; i++) {
+        const int32_t index = model->group_link[group->link + i];
+        const kt_link *link = &model->link[index];
+        const bool is_free = link->motion == KT_MOTION_FREE && link->parent == 0;
+        if ((size_t)index >= model->n.spatial || (kt_link_dofs(link) != 1 && !is_free))
+            return false;
+    }
+    return true;
+}
+
+/* Whether the equations of a dense group may be solved in range space (reduction/half_columns.h): the group has hard
+ * contacts, and stands on the ground or is one joint that a stop locks. */
+static bool may_solve_in_range_space(const kt_model *model, const kt_group *group) {
+    const bool is_locked_joint = group->v_count == 1 && group->row_count == 1;
+    return (group->parent == 0 || is_locked_joint) && model->reduction->chooses && !kt_group_is_planar(model, group) &&
+           has_half_columns(model, group) && has_one_sided_loop(model, group);
 }
 
 void kt_form_begin(const kt_model *model, kt_group *group) {
@@ -91,7 +101,7 @@ void kt_form_begin(const kt_model *model, kt_group *group) {
              : model->structure == KT_STRUCTURE_DENSE ? KT_FORM_REASON_ASKED
                                                       : KT_FORM_REASON_SMALL);
     group->damped_form = KT_FORM_DENSE;
-    group->ranges = !group->balanced && may_range(model, group);
+    group->ranges = !group->balanced && may_solve_in_range_space(model, group);
 }
 
 bool kt_form_is_front(const kt_model *model, kt_group *group, const kt_form_estimate *of) {

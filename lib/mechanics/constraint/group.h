@@ -66,10 +66,32 @@ static inline size_t kt_group_work_count(size_t m, size_t k) {
     return 34 * (m + k) + 5 * (m < k ? m : k) + (m < KT_LARGE ? 64 : 65 * 64 + 64);
 }
 
-/* Returns the size of the arrays for range space (reduction/half_columns.h) of a group with s equations at most. */
+/* The arrays for range space (reduction/half_columns.h) of m coordinates and n vectors of four equations, in the order
+ * of their alignment. Links have the places of their first coordinates. */
+#define KT_HALF_FIELDS(X)                                                                                              \
+    X(kt_v4, column, n *m, "half columns of each vector")                                                              \
+    X(kt_v4, flow, 6 * m, "wrenches that children pass, of one vector")                                                \
+    X(kt_v4, base, 2 * m, "A0, angular and linear")                                                                    \
+    X(kt_v4, change, 4 * n, "of lambda, due to four forces")                                                           \
+    X(double, square, 16 * n * n, "S, then its factor")                                                                \
+    X(double, diagonal, 4 * n, "of S")                                                                                 \
+    X(double, multiplier, 4 * n, "lambda")                                                                             \
+    X(double, inverse, m, "d")                                                                                         \
+    X(double, free_acceleration, m, "y - K A0")                                                                        \
+    X(int32_t, slot, 4 * n, "of each equation; -1: none")                                                              \
+    X(uint8_t, has_flow, m, "whether there is a flow")                                                                 \
+    X(uint8_t, is_incomplete, 1, "whether the accelerations due to lambda are to be added")                            \
+    X(uint8_t, is_nonzero, n *m, "whether half columns of this vector are not zero")
+
+/* Doubles before these arrays: the struct that places them. */
+enum { KT_HALF_HEAD = 16 };
+
+/* Returns the number of doubles of struct and arrays for a group with s equations at most. */
 static inline size_t kt_half_count(size_t m, size_t s) {
-    const size_t n = (s + 3) / 4; /* vectors of equations */
-    return 16 + 4 * (n + 8) * m + 16 * n * n + 26 * n + 2 * m + (m + 7) / 8 + (n * m + 8) / 8;
+    const size_t n = (s + 3) / 4;
+#define KT_HALF_BYTES(type, name, count, meaning) +(count) * sizeof(type)
+    return KT_HALF_HEAD + (0 KT_HALF_FIELDS(KT_HALF_BYTES) + 7) / 8;
+#undef KT_HALF_BYTES
 }
 
 /* Finds a group's matrices in the data. Inlined, since each caller uses few of the matrices. The first function avoids

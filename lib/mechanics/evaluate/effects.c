@@ -383,52 +383,71 @@ static int differentiate_own(sum *s, const kt_effect_record *effect) {
     return code;
 }
 
+/* The same of an effect with formulas: in a joint, along a path, in the coordinate of a loop, or on its ends. */
+static int differentiate_formula(sum *s, const kt_effect_record *effect) {
+    kt_path_value path;
+    kt_effect_end end[2];
+    kt_wrench wrench[2];
+    double rates[6];
+    find_effect_ends(s->model, s->data, effect, &path, end);
+    const int code = kt_formula_time_derivatives(s->model, s->data, NULL, effect, s->at, end, rates);
+    if (code != 0)
+        return code;
+    if (effect->path_count > 0) {
+        s->excess += kt_path_wrenches_add(s->model, s->data, effect, rates[0], path.unit, s->data->applied);
+    } else if (effect->relative.type) {
+        const kt_relative_motion motion = kt_relative_motion_of(s->model, effect, s->at->q, end);
+        kt_relative_wrenches(&motion, end, rates[0], wrench);
+        add_wrenches(s, effect, wrench);
+    } else if (effect->ends == 0) {
+        s->data->tau[s->model->link[effect->link[0]].v] += rates[0];
+    } else {
+        kt_effect_kind_of(effect->type)->formula_wrench(effect, rates, end, wrench, NULL);
+        add_wrenches(s, effect, wrench);
+    }
+    return 0;
+}
+
+/* The same of an effect with functions of time: in a joint, in the coordinate of a loop, or on its ends. Effects
+ * without such functions add nothing. */
+static void differentiate_functions(sum *s, const kt_effect_record *effect) {
+    const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
+    const double *q = s->at->q, *v = s->at->v, t = s->at->t;
+    kt_effect_end end[2];
+    kt_wrench wrench[2];
+    if (effect->ends == 0) {
+        const kt_link *link = &s->model->link[effect->link[0]];
+        if (kind->joint_time_derivative)
+            s->data->tau[link->v] += kind->joint_time_derivative(effect, s->model->number, q[link->q], v[link->v], t);
+        return;
+    }
+    if (effect->relative.type ? !kind->joint_time_derivative : !kind->time_derivative)
+        return;
+    kt_effect_ends_of(s->data, effect, end);
+    if (effect->relative.type) {
+        const kt_relative_motion motion = kt_relative_motion_of(s->model, effect, q, end);
+        const double rate = kind->joint_time_derivative(effect, s->model->number, motion.position, motion.rate, t);
+        kt_relative_wrenches(&motion, end, rate, wrench);
+    } else {
+        kind->time_derivative(effect, s->model->number, end, t, wrench);
+    }
+    add_wrenches(s, effect, wrench);
+}
+
 kt_status kt_effects_apply_rising(const kt_model *model, kt_data *data, kt_dynamic_state *at, kt_error *error) {
-    const double t = at->t, *q = at->q, *v = at->v;
     sum s = {.model = model, .data = data, .at = at};
     const kt_status status = kt_effects_apply(model, data, at, error);
     for (size_t i = 0; i < model->n.effect && status == KT_OK; i++) {
         const kt_effect_record *effect = &model->effect[i];
-        const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
-        const kt_link *link = &model->link[effect->link[0]];
-        kt_effect_end end[2];
-        kt_wrench wrench[2];
-        if (effect->type == KT_EFFECT_CUSTOM) {
-            const int code = differentiate_own(&s, effect);
-            if (code != 0)
-                return kt_effect_reject_derivatives(model, effect, t, code, error);
-            continue;
-        }
-        if (kind->joint_time_derivative && effect->ends == 0)
-            data->tau[link->v] += kind->joint_time_derivative(effect, model->number, q[link->q], v[link->v], t);
-        if (!kind->time_derivative && !kind->formula_wrench && !(kind->joint_time_derivative && effect->ends > 0))
-            continue;
-        kt_path_value path;
-        find_effect_ends(model, data, effect, &path, end);
-        double rates[6];
-        if (kind->formula_wrench) {
-            const int code = kt_formula_time_derivatives(model, data, NULL, effect, at, end, rates);
-            if (code != 0)
-                return kt_effect_reject_derivatives(model, effect, t, code, error);
-        }
-        if (effect->path_count > 0) {
-            s.excess += kt_path_wrenches_add(model, data, effect, rates[0], path.unit, data->applied);
-            continue;
-        }
-        if (effect->relative.type) {
-            const kt_relative_motion motion = kt_relative_motion_of(model, effect, q, end);
-            if (kind->joint_time_derivative)
-                rates[0] = kind->joint_time_derivative(effect, model->number, motion.position, motion.rate, t);
-            kt_relative_wrenches(&motion, end, rates[0], wrench);
-        } else if (kind->formula_wrench) {
-            if (effect->ends == 0)
-                data->tau[link->v] += rates[0];
-            else
-                kind->formula_wrench(effect, rates, end, wrench, NULL);
-        } else {
-            kind->time_derivative(effect, model->number, end, t, wrench);
-        }
-        add_wrenches(&s, effect, wrench);
+        int code = 0;
+        if (effect->type == KT_EFFECT_CUSTOM)
+            code = differentiate_own(&s, effect);
+        else if (kt_effect_kind_of(effect->type)->formula_wrench)
+            code = differentiate_formula(&s, effect);
+        else
+            differentiate_functions(&s, effect);
+        if (code != 0)
+            return kt_effect_reject_derivatives(model, effect, at->t, code, error);
     }
     return status;
 }

@@ -5,8 +5,8 @@
 
 #include <assert.h>
 
-/* C is found from A A' if each row has a part orthogonal to the rows before it that exceeds this fraction of its
- * length. A A' squares the condition, and C then is exact to 1e-10. The rows' own lengths do not matter: scaling them
+/* C is computed from A A' if each row has a part orthogonal to earlier rows that exceeds this fraction of its
+ * length. A A' squares the condition, so that C is exact to 1e-10. The rows' own lengths do not matter: scaling them
  * changes no digit of A A'. */
 #define SMALL 1e-3
 

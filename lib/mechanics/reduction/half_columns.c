@@ -15,34 +15,26 @@ enum {
         HALF_COLUMNS = PLACE_OF_half_columns
 };
 
-/* The number of doubles before the arrays: the struct that contains their pointers. */
-enum { HEAD = 16 };
-_Static_assert(sizeof(kt_half) <= HEAD * sizeof(double), "the struct has room before its arrays (kt_half_count)");
+_Static_assert(sizeof(kt_half) <= KT_HALF_HEAD * sizeof(double), "the struct has room before its arrays");
 
 KT_INLINE kt_half *half_of(const kt_model *model, const kt_data *data, size_t g) {
     const kt_group *group = &model->group[g];
     return (kt_half *)(void *)(data->dense + group->dense + group->at[HALF_COLUMNS]);
 }
 
-/* Places the arrays. */
-KT_INLINE void place(const kt_group *group, kt_half *h) {
+/* Sizes of a group, and the arrays behind the struct. */
+KT_INLINE void lay_out_half(const kt_group *group, kt_half *h) {
     h->m = group->v_count;
     h->rank = group->rank[KT_ROWS_ALL];
     h->n = (h->rank + LANES - 1) / LANES;
     const size_t m = (size_t)h->m, n = (size_t)h->n;
-    h->column = (kt_v4 *)(void *)((double *)(void *)h + HEAD); /* a multiple of 8 */
-    h->flow = h->column + n * m;
-    h->rest = h->flow + 6 * m;
-    h->change = h->rest + 2 * m;
-    h->square = (double *)(h->change + LANES * n);
-    h->diagonal = h->square + LANES * LANES * n * n;
-    h->multiplier = h->diagonal + LANES * n;
-    h->inverse = h->multiplier + LANES * n;
-    h->free = h->inverse + m;
-    h->slot = (int32_t *)(void *)(h->free + m);
-    h->given = (uint8_t *)(h->slot + LANES * n);
-    h->pending = h->given + m;
-    h->live = h->pending + 1;
+    char *at = (char *)h + KT_HALF_HEAD * sizeof(double);
+    assert((uintptr_t)at % sizeof(kt_v4) == 0);
+#define PLACE(type, name, count, meaning)                                                                              \
+    h->name = (type *)(void *)at;                                                                                      \
+    at += (count) * sizeof(type);
+    KT_HALF_FIELDS(PLACE)
+#undef PLACE
 }
 
 /* Whether a free joint has armature: its rotors turn against the ground, and the joint stores other terms
@@ -62,7 +54,7 @@ static bool choose_half_equations(const kt_model *model, const kt_data *data, si
     kt_half *h = half_of(model, data, g);
     int count = 0;
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    place(&model->group[g], h);
+    lay_out_half(&model->group[g], h);
     for (int r = 0; r < w.k; r++) {
         if (w.weight && w.weight[r] == 1.0)
             continue;
@@ -97,7 +89,7 @@ KT_INLINE void axis_of(const kt_link *link, const kt_link_motion *m, kt_v4 *angu
                                                  : s;
 }
 
-bool KT_KERNEL(kt_half_keep)(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x) {
+bool KT_KERNEL(kt_half_store)(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x) {
     const kt_link *link = &model->link[i];
     kt_v4 n, f;
     if (link->motion == KT_MOTION_FREE)
@@ -142,33 +134,37 @@ KT_INLINE kt_v4 unfactor3(kt_v4 l, kt_v4 x) {
 }
 
 /* Writes y - K A0 of a free joint, and d. Its acceleration without multipliers (alpha, linear) is known. */
-static void find_free_of_joint(const kt_half *h, int local, const kt_articulated *kept, kt_v4 alpha, kt_v4 linear) {
-    const kt_v4 moved = linear + kt_v4_apply(kept->g, alpha);
-    const kt_v4 y[2] = {unfactor3(kept->m[0], moved), unfactor3(kept->j[0], alpha)};
+static void find_accelerations_of_free_joint(const kt_half *h, int local, const kt_articulated *factors, kt_v4 alpha,
+                                             kt_v4 linear) {
+    const kt_v4 moved = linear + kt_v4_apply(factors->g, alpha);
+    const kt_v4 y[2] = {unfactor3(factors->m[0], moved), unfactor3(factors->j[0], alpha)};
     for (int k = 0; k < KT_DOF_MAX; k++) {
-        h->free[local + k] = y[k / 3][k % 3];
-        h->inverse[local + k] = (k < 3 ? kept->m : kept->j)[1][k % 3];
+        h->free_acceleration[local + k] = y[k / 3][k % 3];
+        h->inverse[local + k] = (k < 3 ? factors->m : factors->j)[1][k % 3];
     }
 }
 
 /* A0, and y - K A0, from the ground to the tips. */
-static void find_free(const kt_model *model, const kt_data *data, const kt_group *group, const kt_half *h) {
+static void find_free_accelerations(const kt_model *model, const kt_data *data, const kt_group *group,
+                                    const kt_half *h) {
     const int32_t *link = model->group_link + group->link;
     for (int l = 0; l < group->link_count; l++) {
         const kt_link *at = &model->link[link[l]], *up = &model->link[at->parent];
         const kt_link_motion *m = &data->motion[link[l]];
-        const kt_v4 alpha = at->parent ? h->rest[2 * up->local] : data->motion[0].alpha;
-        const kt_v4 linear = at->parent ? h->rest[2 * up->local + 1] : data->motion[0].linear;
-        kt_v4 *rest = h->rest + 2 * at->local;
-        rest[0] = alpha + m->alpha;
-        rest[1] = linear + kt_v4_cross(alpha, m->offset) + m->linear;
+        const kt_v4 alpha = at->parent ? h->base[2 * up->local] : data->motion[0].alpha;
+        const kt_v4 linear = at->parent ? h->base[2 * up->local + 1] : data->motion[0].linear;
+        kt_v4 *base = h->base + 2 * at->local;
+        base[0] = alpha + m->alpha;
+        base[1] = linear + kt_v4_cross(alpha, m->offset) + m->linear;
         if (at->motion == KT_MOTION_FREE) {
-            const kt_articulated *kept = &data->articulated[at->articulated];
-            find_free_of_joint(h, at->local, kept, kept->moment - rest[0], kept->force - rest[1]);
+            const kt_articulated *factors = &data->articulated[at->articulated];
+            find_accelerations_of_free_joint(h, at->local, factors, factors->moment - base[0],
+                                             factors->force - base[1]);
             continue;
         }
         const kt_response *y = &data->response[link[l]];
-        h->free[at->local] = kt_response_free(y) - kt_v4_dot2(y->gain_angular, alpha, y->gain_linear, linear);
+        h->free_acceleration[at->local] =
+            kt_response_free(y) - kt_v4_dot2(y->gain_angular, alpha, y->gain_linear, linear);
     }
 }
 
@@ -206,7 +202,7 @@ typedef struct batch {
     const kt_half_force *force;
     int forces; /* 0: equations */
     kt_v4 *column;
-    uint8_t *live; /* NULL: not asked for */
+    uint8_t *is_nonzero; /* NULL: not asked for */
 } batch;
 
 KT_INLINE kt_v4 entries(const batch *b, int32_t at) {
@@ -259,18 +255,18 @@ KT_INLINE void apply_free(const kt_link *link, const kt_data *data, int32_t i, c
 /* The half columns of a free joint, whose link the force f = b and the moment n = b + 3 accelerate. With the factor L
  * of M, the columns for f are L^-1 f. With the factor L of J - H M^-1 G, the columns for n are L^-1 (n - H M^-1 f)
  * (aba.h). */
-KT_INLINE void take_free(const kt_articulated *kept, kt_v4 *b, kt_v4 *column) {
+KT_INLINE void reduce_free_link(const kt_articulated *factors, kt_v4 *b, kt_v4 *column) {
     for (int c = 0; c < 3; c++)
-        b[c + 3] -= along_half(kept->g[c], b);
-    reduce3(kept->m[0], b);
-    reduce3(kept->j[0], b + 3);
+        b[c + 3] -= along_half(factors->g[c], b);
+    reduce3(factors->m[0], b);
+    reduce3(factors->j[0], b + 3);
     memcpy(column, b, 6 * sizeof *b);
 }
 
 /* The half columns of one link; p: on entry the wrenches on the link, on return the wrenches on its parent. Forces in
  * the joint act, too, if `applied`. */
-KT_INLINE void take_link(const kt_model *model, const kt_data *data, int32_t i, bool applied, kt_v4 *column,
-                         wrenches *p) {
+KT_INLINE void reduce_link(const kt_model *model, const kt_data *data, int32_t i, bool applied, kt_v4 *column,
+                           wrenches *p) {
     const kt_link *link = &model->link[i];
     kt_v4 b[6], own[6];
     if (link->motion != KT_MOTION_FREE) {
@@ -286,7 +282,7 @@ KT_INLINE void take_link(const kt_model *model, const kt_data *data, int32_t i, 
         apply_free(link, data, i, column, own);
     for (int c = 0; c < 6; c++)
         b[c] = applied ? own[c] - p->x[(c + 3) % 6] : -p->x[(c + 3) % 6];
-    take_free(&data->articulated[link->articulated], b, column);
+    reduce_free_link(&data->articulated[link->articulated], b, column);
 }
 
 /* The half columns of a free link on which no other link of the group acts. */
@@ -294,25 +290,25 @@ static __attribute__((noinline)) void find_free_leaf(const kt_model *model, cons
                                                      const batch *b) {
     const kt_link *link = &model->link[i];
     kt_v4 x[6], *column = b->column + link->local;
-    bool live = false;
+    bool nonzero = false;
     for (int c = 0; c < 6; c++) {
         x[c] = column[c] = b->forces ? kt_v4_splat(0.0) : entries(b, link->local + c);
-        live = live || (!b->forces && !is_zero(x[c]));
+        nonzero = nonzero || (!b->forces && !is_zero(x[c]));
     }
     if (b->forces)
-        live = load_link(b, i, 1.0, x + 3, x);
-    else if (live)
+        nonzero = load_link(b, i, 1.0, x + 3, x);
+    else if (nonzero)
         apply_free(link, data, i, column, x);
-    if (live)
-        take_free(&data->articulated[link->articulated], x, column);
-    if (b->live)
-        memset(b->live + link->local, live, 6);
+    if (nonzero)
+        reduce_free_link(&data->articulated[link->articulated], x, column);
+    if (b->is_nonzero)
+        memset(b->is_nonzero + link->local, nonzero, 6);
 }
 
-KT_INLINE void pass_on(const kt_half *h, int32_t local, const wrenches *p) {
+KT_INLINE void add_flow(const kt_half *h, int32_t local, const wrenches *p) {
     for (int c = 0; c < 6; c++)
-        h->flow[6 * local + c] = h->given[local] ? h->flow[6 * local + c] + p->x[c] : p->x[c];
-    h->given[local] = 1;
+        h->flow[6 * local + c] = h->has_flow[local] ? h->flow[6 * local + c] + p->x[c] : p->x[c];
+    h->has_flow[local] = 1;
 }
 
 static void find_half_columns(const kt_model *model, const kt_data *data, const kt_group *group, const kt_half *h,
@@ -324,38 +320,38 @@ static void find_half_columns(const kt_model *model, const kt_data *data, const 
         find_free_leaf(model, data, link[0], b);
         return;
     }
-    memset(h->given, 0, (size_t)h->m);
+    memset(h->has_flow, 0, (size_t)h->m);
     for (int l = group->link_count - 1; l >= 0; l--) {
         const kt_link *at = &model->link[link[l]];
         const int32_t local = at->local, up = at->parent;
         kt_v4 *column = b->column + local;
-        if (at->motion == KT_MOTION_FREE && !from_child && !h->given[local]) { /* its parent is the ground */
+        if (at->motion == KT_MOTION_FREE && !from_child && !h->has_flow[local]) { /* its parent is the ground */
             find_free_leaf(model, data, link[l], b);
             continue;
         }
         for (int c = 0; c < 6 && !from_child; c++)
             p.x[c] = kt_v4_splat(0.0);
-        for (int c = 0; c < 6 && h->given[local]; c++)
+        for (int c = 0; c < 6 && h->has_flow[local]; c++)
             p.x[c] += h->flow[6 * local + c];
-        bool live = load_link(b, link[l], -1.0, p.x, p.x + 3) || from_child || h->given[local];
+        bool nonzero = load_link(b, link[l], -1.0, p.x, p.x + 3) || from_child || h->has_flow[local];
         for (int k = 0; k < kt_link_dofs(at); k++) {
             column[k] = b->forces ? kt_v4_splat(0.0) : entries(b, local + k);
-            live = live || (!b->forces && !is_zero(column[k]));
+            nonzero = nonzero || (!b->forces && !is_zero(column[k]));
         }
-        for (int k = 0; k < kt_link_dofs(at) && b->live; k++)
-            b->live[local + k] = live;
-        if (live)
-            take_link(model, data, link[l], b->forces == 0, column, &p);
-        from_child = live && l > 0 && up == link[l - 1];
-        if (live && !from_child && up != 0)
-            pass_on(h, model->link[up].local, &p);
+        for (int k = 0; k < kt_link_dofs(at) && b->is_nonzero; k++)
+            b->is_nonzero[local + k] = nonzero;
+        if (nonzero)
+            reduce_link(model, data, link[l], b->forces == 0, column, &p);
+        from_child = nonzero && l > 0 && up == link[l - 1];
+        if (nonzero && !from_child && up != 0)
+            add_flow(h, model->link[up].local, &p);
     }
 }
 
 /* The batch of equations; if there are fewer than four, the others are zero. */
 static batch equations(const kt_model *model, const kt_group_work *w, const kt_half *h, int index) {
     const size_t first = (size_t)index * (size_t)h->m;
-    batch b = {.column = h->column + first, .live = h->live + first};
+    batch b = {.column = h->column + first, .is_nonzero = h->is_nonzero + first};
     for (int r = 0; r < LANES; r++) {
         const int32_t slot = h->slot[LANES * index + r];
         b.row[r] = slot >= 0 ? w->a + (size_t)slot * (size_t)w->m : model->zero;
@@ -369,13 +365,13 @@ static batch equations(const kt_model *model, const kt_group_work *w, const kt_h
 KT_INLINE void find_half_diagonal_of(const kt_group_work *w, const kt_half *h, int i, int columns) {
     const size_t m = (size_t)h->m, stride = LANES * (size_t)h->n;
     const kt_v4 *a = h->column + (size_t)i * m;
-    const uint8_t *live = h->live + (size_t)i * m;
+    const uint8_t *nonzero = h->is_nonzero + (size_t)i * m;
     kt_v4 sum[LANES] = {{0.0}}, along_free = kt_v4_splat(0.0);
     for (size_t l = 0; l < m; l++) {
-        if (!live[l])
+        if (!nonzero[l])
             continue;
         const kt_v4 x = kt_v4_splat(h->inverse[l]) * a[l];
-        along_free += kt_v4_splat(h->free[l]) * a[l];
+        along_free += kt_v4_splat(h->free_acceleration[l]) * a[l];
         for (int c = 0; c < columns; c++)
             sum[c] += kt_v4_splat(x[c]) * a[l];
     }
@@ -400,10 +396,10 @@ static void find_half_diagonal(const kt_group_work *w, const kt_half *h, int i) 
 static void find_half_block(const kt_half *h, int i, int j) {
     const size_t m = (size_t)h->m, stride = LANES * (size_t)h->n;
     const kt_v4 *a = h->column + (size_t)i * m, *b = h->column + (size_t)j * m;
-    const uint8_t *live[2] = {h->live + (size_t)i * m, h->live + (size_t)j * m};
+    const uint8_t *nonzero[2] = {h->is_nonzero + (size_t)i * m, h->is_nonzero + (size_t)j * m};
     kt_v4 sum[LANES] = {{0.0}};
     for (size_t l = 0; l < m; l++) {
-        if (!live[0][l] || !live[1][l])
+        if (!nonzero[0][l] || !nonzero[1][l])
             continue;
         const kt_v4 x = kt_v4_splat(h->inverse[l]) * b[l];
         for (int c = 0; c < LANES; c++)
@@ -417,10 +413,10 @@ static void find_half_block(const kt_half *h, int i, int j) {
 
 /* d_l (U' lambda)_l, of the first vector of equations and of the others */
 KT_INLINE double response_of(const kt_half *h, int local, kt_v4 first) {
-    kt_v4 sum = h->live[local] ? first * h->column[local] : kt_v4_splat(0.0), x;
+    kt_v4 sum = h->is_nonzero[local] ? first * h->column[local] : kt_v4_splat(0.0), x;
     for (int b = 1; b < h->n; b++) {
         memcpy(&x, h->multiplier + LANES * (size_t)b, sizeof x);
-        if (h->live[(size_t)b * (size_t)h->m + (size_t)local])
+        if (h->is_nonzero[(size_t)b * (size_t)h->m + (size_t)local])
             sum += x * h->column[(size_t)b * (size_t)h->m + (size_t)local];
     }
     return h->inverse[local] * ((sum[0] + sum[1]) + (sum[2] + sum[3]));
@@ -441,26 +437,27 @@ static void add_responses(const kt_model *model, kt_data *data, const kt_group *
             kt_response_add(&data->response[link[l]], x[at->local]);
             continue;
         }
-        kt_articulated *kept = &data->articulated[at->articulated];
-        const kt_v4 alpha = substitute3(kept->j[0], x + at->local + 3), linear = substitute3(kept->m[0], x + at->local);
-        kept->moment += alpha;
-        kept->force += linear - kt_v4_apply(kept->g, alpha);
+        kt_articulated *factors = &data->articulated[at->articulated];
+        const kt_v4 alpha = substitute3(factors->j[0], x + at->local + 3),
+                    linear = substitute3(factors->m[0], x + at->local);
+        factors->moment += alpha;
+        factors->force += linear - kt_v4_apply(factors->g, alpha);
     }
 }
 
-/* Adds the accelerations due to lambda, and to forces with the half column h->free. */
+/* Adds the accelerations due to lambda, and to forces with the half column h->free_acceleration. */
 static void complete_responses(const kt_model *model, kt_data *data, const kt_group *group, const kt_half *h) {
     kt_v4 first;
     memcpy(&first, h->multiplier, sizeof first);
     for (int l = 0; l < h->m; l++)
-        h->free[l] = h->inverse[l] * h->free[l] + response_of(h, l, first);
-    add_responses(model, data, group, h->free);
-    *h->pending = 0;
+        h->free_acceleration[l] = h->inverse[l] * h->free_acceleration[l] + response_of(h, l, first);
+    add_responses(model, data, group, h->free_acceleration);
+    *h->is_incomplete = 0;
 }
 
 /* Adds the accelerations due to lambda alone. */
 static void complete_multipliers(const kt_model *model, kt_data *data, const kt_group *group, const kt_half *h) {
-    memset(h->free, 0, (size_t)h->m * sizeof *h->free);
+    memset(h->free_acceleration, 0, (size_t)h->m * sizeof *h->free_acceleration);
     complete_responses(model, data, group, h);
 }
 
@@ -472,7 +469,7 @@ bool KT_KERNEL(kt_half_solve)(const kt_model *model, kt_data *data, size_t g) {
     if (group->rank[KT_ROWS_ALL] == 0)
         return true;
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    find_free(model, data, group, h);
+    find_free_accelerations(model, data, group, h);
     for (int b = 0; b < h->n; b++) {
         const batch rows = equations(model, &w, h, b);
         find_half_columns(model, data, group, h, &rows);
@@ -486,7 +483,7 @@ bool KT_KERNEL(kt_half_solve)(const kt_model *model, kt_data *data, size_t g) {
         w.multiplier[r] = 0.0;
     for (int r = 0; r < h->rank; r++)
         w.multiplier[h->slot[r]] = h->multiplier[r];
-    *h->pending = 1;
+    *h->is_incomplete = 1;
     if (!data->between)
         complete_multipliers(model, data, group, h);
     return true;
@@ -496,7 +493,7 @@ void KT_KERNEL(kt_half_complete)(const kt_model *model, kt_data *data, size_t g)
     const kt_half *h = half_of(model, data, g);
     if (model->group[g].rank[KT_ROWS_ALL] == 0 || kt_group_is_locked(model, &model->group[g]))
         return;
-    if (*h->pending)
+    if (*h->is_incomplete)
         complete_multipliers(model, data, &model->group[g], h);
 }
 
@@ -593,14 +590,14 @@ void KT_KERNEL(kt_half_add_forces)(const kt_model *model, kt_data *data, size_t 
     const kt_group *group = &model->group[g];
     const kt_half *h = half_of(model, data, g);
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    combine_columns(h, factor, count, (const kt_v4 *)(const void *)column, h->free);
+    combine_columns(h, factor, count, (const kt_v4 *)(const void *)column, h->free_acceleration);
     for (int r = 0; r < h->rank; r++) {
         const double *from = change + h->slot[r];
         double sum = 0.0, *lambda = w.multiplier + h->slot[r];
         for (int j = 0; j < count; j++, from += group->row_count)
             sum += factor[j] * *from;
         *lambda += sum;
-        h->multiplier[r] = *h->pending ? *lambda : sum;
+        h->multiplier[r] = *h->is_incomplete ? *lambda : sum;
     }
     complete_responses(model, data, group, h);
 }

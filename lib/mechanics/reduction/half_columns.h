@@ -25,23 +25,11 @@
 /* Equations in a vector. */
 enum { KT_HALF_LANES = 4 };
 
-/* The arrays of a group of m coordinates and n vectors of equations (kt_half_count). A link has the position of its
- * first coordinate. The struct precedes the arrays, and kt_half_prepare sets the pointers. */
+/* The arrays of a group of m coordinates and n vectors of equations. A link has the position of its first coordinate.
+ * The arrays follow the struct (kt_half_count), and kt_half_prepare sets the pointers. */
 typedef struct kt_half {
     int m, n, rank;
-    kt_v4 *column;      /* n m: half columns of each vector */
-    kt_v4 *flow;        /* 6 m: wrenches that children pass, of one vector */
-    kt_v4 *rest;        /* 2 m: A0, angular and linear */
-    kt_v4 *change;      /* 4 n: of lambda, due to four forces */
-    double *square;     /* (4 n)^2: S, then its factor */
-    double *diagonal;   /* 4 n: of S */
-    double *multiplier; /* 4 n: lambda */
-    double *inverse;    /* m: d */
-    double *free;       /* m: y - K A0 */
-    int32_t *slot;      /* 4 n: of each equation; -1: none */
-    uint8_t *given;     /* m: whether there is a flow */
-    uint8_t *pending;   /* 1: whether the accelerations due to lambda are to be added */
-    uint8_t *live;      /* n m: whether half columns of this vector are not zero */
+    KT_ARENA_DECLARE(KT_HALF_FIELDS)
 } kt_half;
 
 /* A force between two links: wrenches about their origins, moment and force. Nothing acts on the ground, 0. */
@@ -62,8 +50,8 @@ static inline size_t kt_half_response_count(size_t nv, size_t count) { return (c
 /* kt_half_prepare chooses the equations of a group that have been filled. Returns false if the null space must solve
  * the group.
  *
- * kt_half_keep stores the terms of a link of the group, whose articulated inertia is x. It also eliminates a free link,
- * whose factors are these terms, and returns true; false if the link has no inertia, or is not free.
+ * kt_half_store stores the terms of a link of the group, whose articulated inertia is x. It also eliminates a free
+ * link, whose factors are these terms, and returns true; false if the link has no inertia, or is not free.
  *
  * kt_half_lock treats the link of a group that a stop locks: its acceleration is known, and the inertia that it passes
  * on is not projected. Stores the terms of its multiplier, as kt_group_assemble does.
@@ -83,7 +71,7 @@ static inline size_t kt_half_response_count(size_t nv, size_t count) { return (c
  * is in spatial_links.c. */
 #define KT_HALF_DECLARE_ISA(isa)                                                                                       \
     bool kt_half_prepare_##isa(const kt_model *model, kt_data *data, size_t g);                                        \
-    bool kt_half_keep_##isa(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x);     \
+    bool kt_half_store_##isa(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x);    \
     void kt_half_lock_##isa(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x);     \
     bool kt_half_solve_##isa(const kt_model *model, kt_data *data, size_t g);                                          \
     void kt_half_complete_##isa(const kt_model *model, kt_data *data, size_t g);                                       \

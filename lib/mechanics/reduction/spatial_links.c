@@ -135,7 +135,7 @@ KT_INLINE bool keep_inverse(const kt_model *model, kt_data *data, size_t i, cons
     kt_delassus d;
 #ifndef KT_LANES
     if (model->group[link->group].form == KT_FORM_DENSE)
-        return KT_KERNEL(kt_half_keep)(model, data, i, tau, x);
+        return KT_KERNEL(kt_half_store)(model, data, i, tau, x);
 #endif
     (void)tau;
     if (link->motion == KT_MOTION_SPHERICAL)

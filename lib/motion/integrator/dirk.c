@@ -106,7 +106,7 @@ static kt_try_result damp(kt_integrator *it, double t, double part, size_t slot,
     return result->result = KT_TRY_PASSED;
 }
 
-/* One iteration. A correction is small enough if judge_fixed (newton.c) would accept it. A small correction is accepted
+/* One iteration. A correction is small enough if test_fixed (newton.c) would accept it. A small correction is accepted
  * undamped, and counted, if no damping shortens the next correction or if this is the last iteration. */
 static kt_try_result correct_damped(kt_integrator *it, double t, double part, size_t slot, bool *done, kt_try *result) {
     const size_t n = it->sizes.n;
@@ -168,7 +168,7 @@ kt_try_result kt_dirk_solve(kt_integrator *it, double t, double part, size_t slo
         double size = 0.0;
         if (w->damped ? correct_damped(it, t, part, slot, &done, result) != KT_TRY_PASSED
                       : correct_dirk_stage(it, t, part, slot, &size, result) != KT_TRY_PASSED ||
-                            kt_newton_judge(it, size, &done, result) != KT_TRY_PASSED)
+                            kt_newton_test_convergence(it, size, &done, result) != KT_TRY_PASSED)
             return result->result;
     }
     for (size_t l = 0; l < it->sizes.n; l++)

@@ -36,9 +36,9 @@
 /* A contraction rate of no use: corrections do not shrink. */
 #define KT_STALLED_RATE 0.99
 
-/* The fewest iterations of a try, which determine its rate (is_settled). A single iteration would have to use the rate
- * of the previous step. If a stiff force has vanished since, the correction with the old matrix is small, however large
- * the residual is. */
+/* The fewest iterations of a try, which determine its rate (is_rate_reliable). A single iteration would have to use the
+ * rate of the previous step. If a stiff force has vanished since, the correction with the old matrix is small, however
+ * large the residual is. */
 #define KT_NEWTON_LEAST 2
 
 /* Hidden residuals. A stiff force, such as that of an opening contact, may vanish within the step. Then J no longer
@@ -332,7 +332,7 @@ void kt_newton_begin(kt_integrator *it) {
     w->iterations = 0;
     w->rate = w->worst = 0.0;
     w->hidden = w->hidden_quotient = 0.0;
-    w->hides = false;
+    w->hides_residual = false;
     /* An iteration that diverged leaves an infinite ratio. */
     if (!isinf(w->now.ratio))
         w->now.ratio = kt_control_power(fmax(w->now.ratio, DBL_EPSILON), 0.8);
@@ -388,7 +388,7 @@ static double rounding_of(const kt_integrator *it) {
 
 /* Corrections of a few roundings of the state do not shrink, as at an equilibrium of large forces. Such corrections are
  * small enough (iteration_tolerance). */
-static kt_try_result judge_adaptive(kt_integrator *it, double size, bool *done, kt_try *result) {
+static kt_try_result test_adaptive(kt_integrator *it, double size, bool *done, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     const int left = KT_NEWTON_ITERATIONS - 1 - w->iterations;
     if (w->iterations < 2 || left < 0)
@@ -409,7 +409,7 @@ static kt_try_result judge_adaptive(kt_integrator *it, double size, bool *done, 
 /* Iterates to rounding: until the tolerance is met, or corrections of some thousand roundings no longer shrink. Near a
  * singular position of loops, f itself is not exact to rounding, so that corrections stop shrinking earlier. Such
  * corrections are accepted below 1e-7 of y, and counted. */
-static kt_try_result judge_fixed(kt_integrator *it, double size, bool *done, kt_try *result) {
+static kt_try_result test_fixed(kt_integrator *it, double size, bool *done, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     if (w->iterations < 2)
         return KT_TRY_PASSED;
@@ -426,10 +426,10 @@ static kt_try_result judge_fixed(kt_integrator *it, double size, bool *done, kt_
 /* Whether the rate is reliable. A reliable rate needs two corrections, and a third if the second was not much shorter
  * than the first. If a stiff force has vanished within the step, as in a contact that opens, the matrix hides the
  * residual. In this case, all corrections are small and do not shrink, although the first two may seem to shrink. */
-static bool is_settled(const kt_integrator *it) {
+static bool is_rate_reliable(const kt_integrator *it) {
     const kt_newton_work *w = kt_newton_of(it);
     const bool is_fast = w->rate <= KT_SLOW_RATE || it->options.step > 0.0;
-    return w->iterations >= (is_fast ? KT_NEWTON_LEAST : KT_NEWTON_LEAST + 1) && !w->hides;
+    return w->iterations >= (is_fast ? KT_NEWTON_LEAST : KT_NEWTON_LEAST + 1) && !w->hides_residual;
 }
 
 /* The error that is left, over the last correction. The error follows from the rate, or with adaptive steps from the
@@ -441,7 +441,7 @@ static double error_ratio(const kt_integrator *it) {
     return w->last_quotient < 1.0 ? w->last_quotient / (1.0 - w->last_quotient) : HUGE_VAL;
 }
 
-void kt_newton_note(kt_integrator *it, size_t stage, double bare) {
+void kt_newton_store_residual(kt_integrator *it, size_t stage, double bare) {
     kt_newton_work *w = kt_newton_of(it);
     const double quotient = w->iterations > 0 && w->bare[stage] > 0.0 ? bare / w->bare[stage] : 0.0;
     w->bare[stage] = bare;
@@ -458,25 +458,27 @@ static bool is_hidden(const kt_integrator *it, double size) {
     return size > KT_HIDDEN_ROUNDINGS * rounding_of(it);
 }
 
-/* Counts an iteration with a correction of this size. Returns the size for the convergence test: the size of the
- * correction, or of the hidden residual if the residual persists. */
+/* Counts an iteration with a correction d_k, |d_k| = size. With the quotients Theta_k = |d_k| / |d_(k-1)|, the rate is
+ * Theta_1 after the second correction, and then sqrt(Theta_k Theta_(k-1)) (Hairer and Wanner, Solving ODE II, IV.8).
+ * Returns the size for the test of convergence. If the matrix hides a residual that persists, size and quotient are
+ * those of the residual. */
 static double count_iteration(kt_integrator *it, double size) {
     kt_newton_work *w = kt_newton_of(it);
-    w->hides = is_hidden(it, size);
-    const bool lasts = w->hides && w->hidden_quotient > KT_HIDDEN_RATE;
-    const double judged = lasts ? w->hidden : size;
+    w->hides_residual = is_hidden(it, size);
+    const bool persists = w->hides_residual && w->hidden_quotient > KT_HIDDEN_RATE;
+    const double tested = persists ? w->hidden : size;
     if (w->iterations++ > 0) {
-        const double quotient = fmax(size / w->last_size, lasts ? w->hidden_quotient : 0.0);
+        const double quotient = fmax(size / w->last_size, persists ? w->hidden_quotient : 0.0);
         w->rate = w->iterations == 2 ? quotient : sqrt(quotient * w->last_quotient);
         w->last_quotient = quotient;
         w->worst = fmax(w->worst, quotient);
     }
     w->last_size = fmax(size, DBL_EPSILON);
     w->hidden = w->hidden_quotient = 0.0;
-    return judged;
+    return tested;
 }
 
-kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try *result) {
+kt_try_result kt_newton_test_convergence(kt_integrator *it, double size, bool *done, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     const bool fixed = it->options.step > 0.0;
     const int most = fixed ? KT_NEWTON_ITERATIONS_FIXED : KT_NEWTON_ITERATIONS;
@@ -487,10 +489,10 @@ kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try
     *done = !fixed && (correction_is_noise(it, size) || is_small(it, size));
     if (*done)
         return KT_TRY_PASSED;
-    const kt_try_result judged = fixed ? judge_fixed(it, left, done, result) : judge_adaptive(it, left, done, result);
-    if (judged != KT_TRY_PASSED)
-        return judged;
-    *done = *done || size == 0.0 || (is_settled(it) && error_ratio(it) * left <= iteration_tolerance(it));
+    const kt_try_result tested = fixed ? test_fixed(it, left, done, result) : test_adaptive(it, left, done, result);
+    if (tested != KT_TRY_PASSED)
+        return tested;
+    *done = *done || size == 0.0 || (is_rate_reliable(it) && error_ratio(it) * left <= iteration_tolerance(it));
     if (*done || w->iterations < most)
         return KT_TRY_PASSED;
     return kt_newton_diverged(it, 0.5, result);
@@ -539,7 +541,7 @@ void kt_newton_accept(kt_integrator *it) {
     it->matrices_known = w->factored == w->now.step || kt_newton_is_zero(w);
 }
 
-void kt_newton_want(kt_integrator *it) {
+void kt_newton_request_jacobian(kt_integrator *it) {
     kt_newton_memory *m = (kt_newton_memory *)(void *)it->history;
     m->wanted = 1.0;
 }
@@ -549,7 +551,7 @@ void kt_newton_renew(kt_integrator *it) {
     memcpy(it->history, &fresh, sizeof fresh);
 }
 
-void kt_newton_forget(kt_integrator *it) {
+void kt_newton_discard(kt_integrator *it) {
     memset(it->history, 0, it->sizes.history * sizeof(double));
     kt_newton_renew(it);
 }

@@ -57,9 +57,9 @@ typedef struct kt_newton_work {
     double factored;                 /* the step of the factors in memory; 0: none */
     double rate, worst;              /* theta of the try's iteration: mean and largest */
     double last_size, last_quotient; /* of the corrections so far */
-    double bare[KT_NEWTON_STAGES];   /* |r / sigma| of each stage, of the last iteration (kt_newton_note) */
+    double bare[KT_NEWTON_STAGES];   /* |r / sigma| of each stage, of the last iteration (kt_newton_store_residual) */
     double hidden, hidden_quotient;  /* the largest that is not tolerable, and its quotient; 0: all are */
-    bool hides;                      /* the last correction hides a residual that is not tolerable */
+    bool hides_residual;             /* the last correction hides a residual that is not tolerable */
     int iterations;                  /* of the try */
     bool is_of_now;                  /* J was computed at the start of this step */
     bool damped;                     /* fixed steps: the simplified iteration has failed, and the damped one goes on */
@@ -104,14 +104,14 @@ kt_try_result kt_newton_factor(kt_integrator *it, double h, double real, kt_comp
  * depend, are divided by sigma. `im` NULL: the real system. */
 kt_try_result kt_newton_solve(kt_integrator *it, kt_complex sigma, double *re, double *im, kt_try *result);
 
-/* Begins a simplified Newton iteration. After each correction, kt_newton_judge decides from the weighted norm of the
- * correction. KT_TRY_PASSED with *done ends the iteration; without *done the iteration continues. KT_TRY_DIVERGED sets
- * result->factor, the factor by which the step should be shorter. */
+/* Begins a simplified Newton iteration. After each correction, kt_newton_test_convergence decides from the weighted
+ * norm of the correction. KT_TRY_PASSED with *done ends the iteration; without *done the iteration continues.
+ * KT_TRY_DIVERGED sets result->factor, the factor by which the step should be shorter. */
 void kt_newton_begin(kt_integrator *it);
-/* Records |r / sigma| of a stage with the residual r: the correction for J = 0. Must be called before kt_newton_judge
- * if the correction with J may be small although the residual is large. */
-void kt_newton_note(kt_integrator *it, size_t stage, double bare);
-kt_try_result kt_newton_judge(kt_integrator *it, double size, bool *done, kt_try *result);
+/* Records |r / sigma| of a stage with the residual r: the correction for J = 0. Must be called before
+ * kt_newton_test_convergence if the correction with J may be small although the residual is large. */
+void kt_newton_store_residual(kt_integrator *it, size_t stage, double bare);
+kt_try_result kt_newton_test_convergence(kt_integrator *it, double size, bool *done, kt_try *result);
 
 /* Reports that the iteration does not converge: the next step is shorter by `factor`. */
 kt_try_result kt_newton_diverged(const kt_integrator *it, double factor, kt_try *result);
@@ -135,11 +135,11 @@ kt_try_result kt_newton_relinearize(kt_integrator *it, double t, const double *s
  * present state. If J cannot be computed, the try continues without J, or fails. */
 kt_try_result kt_newton_retry(kt_integrator *it, kt_try *result);
 
-/* After a step, and before the first step of a motion. kt_newton_want is called after kt_newton_accept: the next step
- * then begins with a new Jacobian. */
+/* After a step, and before the first step of a motion. kt_newton_request_jacobian is called after kt_newton_accept: the
+ * next step then begins with a new Jacobian. */
 void kt_newton_accept(kt_integrator *it);
-void kt_newton_want(kt_integrator *it);
-void kt_newton_forget(kt_integrator *it);
+void kt_newton_request_jacobian(kt_integrator *it);
+void kt_newton_discard(kt_integrator *it);
 
 /* Forgets the Jacobian, and keeps the rest of the history. */
 void kt_newton_renew(kt_integrator *it);
@@ -152,7 +152,7 @@ kt_status kt_newton_report(const kt_integrator *it, const char *where, kt_error 
 
 /* Members of a family of methods with Newton's equations. */
 #define KT_NEWTON_MEMBERS                                                                                              \
-    .implicit = true, .start = kt_newton_forget, .prepare = kt_newton_prepare, .real_limit = kt_rational_limit,        \
+    .implicit = true, .start = kt_newton_discard, .prepare = kt_newton_prepare, .real_limit = kt_rational_limit,       \
     .imaginary_limit = kt_rational_limit
 
 #endif

@@ -159,7 +159,7 @@ static void note_residuals(kt_integrator *it, double h) {
         }
     }
     for (size_t i = 0; i < STAGES; i++)
-        kt_newton_note(it, i, sqrt(square[i] / (double)it->counted));
+        kt_newton_store_residual(it, i, sqrt(square[i] / (double)it->counted));
 }
 
 /* The right-hand sides of the two systems, in place of the slopes. */
@@ -210,7 +210,7 @@ static kt_try_result iterate_radau_stages(kt_integrator *it, const kt_interval *
     for (bool done = false; !done;) {
         double size = 0.0;
         if (correct_radau_stages(it, in, &size, result) != KT_TRY_PASSED ||
-            kt_newton_judge(it, size, &done, result) != KT_TRY_PASSED)
+            kt_newton_test_convergence(it, size, &done, result) != KT_TRY_PASSED)
             return result->result;
     }
     return KT_TRY_PASSED;

@@ -336,7 +336,7 @@ static void rosenbrock_accept(kt_integrator *it) {
     history[HISTORY_FLAG] = 1.0;
     it->memory.counts.capped += !kt_newton_of(it)->is_of_now;
     kt_newton_accept(it);
-    kt_newton_want(it);
+    kt_newton_request_jacobian(it);
 }
 
 /* Beyond the cubic of the ends, the term theta^2 theta'^2 Q meets the middle, with

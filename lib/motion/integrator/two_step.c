@@ -41,7 +41,7 @@ static void two_step_change(kt_integrator *it, bool smooth) {
     if (smooth && 2.0 * b[0] <= b[0] + b[1] + b[2])
         kt_newton_renew(it);
     else
-        kt_newton_forget(it);
+        kt_newton_discard(it);
     kt_newton_history(it)[KT_DIRK_FLAG] = 0.0; /* the slope at the start is another one */
 }
 

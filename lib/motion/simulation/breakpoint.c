@@ -111,24 +111,28 @@ static breakpoint next_strike(kt_simulation *simulation, double t) {
     return first;
 }
 
-/* A search of features ends at the earliest breakpoint found so far. Therefore breakpoints of callers are searched
- * before formulas. */
+/* The functions of loops, of effects (three each), and the others come in this order (curve_at). Each search ends at
+ * the breakpoint that was found before, so that callbacks of an effect shorten the searches behind it. */
 static breakpoint next_breakpoint(kt_simulation *simulation, double t) {
     const kt_model *model = simulation->model;
     breakpoint first = {.time = HUGE_VAL};
     if (simulation->breakpoints.fixed)
         return next_strike(simulation, t);
-    const size_t loops = model->n.loop, effects = loops + 3 * model->n.effect;
-    for (size_t k = 0; k < effects; k++) {
-        const kt_effect_record *effect = k >= loops && (k - loops) % 3 == 2 ? &model->effect[(k - loops) / 3] : NULL;
+    size_t k = 0;
+    for (; k < model->n.loop; k++)
         meet_curve(simulation, &first, t, curve_at(model, k), order_of_curve(model, k), speed_order_of_curve(model, k));
-        if (effect != NULL && effect->breakpoint != NULL)
+    for (size_t i = 0; i < model->n.effect; i++) {
+        const kt_effect_record *effect = &model->effect[i];
+        for (const size_t end = k + 3; k < end; k++)
+            meet_curve(simulation, &first, t, curve_at(model, k), order_of_curve(model, k),
+                       speed_order_of_curve(model, k));
+        if (effect->breakpoint != NULL)
             meet_breakpoint(&first, t, effect->breakpoint(effect->user, t), true);
     }
     for (size_t i = 0; i < model->n.x; i++)
         if (model->state[i].breakpoint != NULL)
             meet_breakpoint(&first, t, model->state[i].breakpoint(model->state[i].user, t), true);
-    for (size_t k = effects; k < curves_of(model); k++)
+    for (; k < curves_of(model); k++)
         meet_curve(simulation, &first, t, curve_at(model, k), order_of_curve(model, k), -1);
     if (simulation->options.breakpoint != NULL)
         meet_breakpoint(&first, t, simulation->options.breakpoint(simulation->options.user, t), true);

@@ -114,7 +114,13 @@ kt_op6 kt_code_up_inertia(kt_graph *g, const kt_code_frame *f, const kt_op6 *j) 
     return kt_code_inertia_rest_up(g, f, &at_rest);
 }
 
-/* As turn_code_inertia. With d = H_ii - H_jj and e = H_ij + H_ji, t = s^2 d + s c e and u = s c d - s^2 e. */
+/* H' = R H R' for a rotation R about axis k, without symmetry. In the plane of i and j, with s = sin, c = cos,
+ * d = H_ii - H_jj and e = H_ij + H_ji,
+ *
+ *     H_ii' = H_ii - t    H_jj' = H_jj + t    t = s^2 d + s c e
+ *     H_ij' = H_ij + u    H_ji' = H_ji + u    u = s c d - s^2 e
+ *
+ * Column k and row k turn as vectors; H_kk stays. */
 static kt_op33 turn_matrix(kt_graph *g, const kt_code_frame *f, const kt_op33 *h) {
     const int k = f->link->link->axis, i = (k + 1) % 3, j = (k + 2) % 3;
     const kt_op33 a = *h;
@@ -126,12 +132,12 @@ static kt_op33 turn_matrix(kt_graph *g, const kt_code_frame *f, const kt_op33 *h
     out.row[j].x[j] = kt_op_add(g, a.row[j].x[j], t);
     out.row[i].x[j] = kt_op_add(g, a.row[i].x[j], u);
     out.row[j].x[i] = kt_op_add(g, a.row[j].x[i], u);
-    const kt_op3 column = {{a.row[0].x[k], a.row[1].x[k], a.row[2].x[k]}};
-    const kt_op3 turned = kt_code_to_rest(g, f, column), across = kt_code_to_rest(g, f, a.row[k]);
-    out.row[i].x[k] = turned.x[i];
-    out.row[j].x[k] = turned.x[j];
-    out.row[k].x[i] = across.x[i];
-    out.row[k].x[j] = across.x[j];
+    const kt_op3 column = kt_code_to_rest(g, f, (kt_op3){{a.row[0].x[k], a.row[1].x[k], a.row[2].x[k]}});
+    const kt_op3 row = kt_code_to_rest(g, f, a.row[k]);
+    out.row[i].x[k] = column.x[i];
+    out.row[j].x[k] = column.x[j];
+    out.row[k].x[i] = row.x[i];
+    out.row[k].x[j] = row.x[j];
     return out;
 }
 
