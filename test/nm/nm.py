@@ -26,7 +26,6 @@ CORE_MAY_IMPORT = [
     # linear algebra in the caller's workspace
     "LAPACKE_d*_work", "cblas_d*",
     # what compilers call by themselves
-    "__assert_fail",  # asserts, which builds with tests have alone; test/amalgamate shows that the one-file engine has none
     "bcmp", "_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail", "__cpu_model", "__cpu_indicator_init", "__muldc3", "__divdc3",
 ]
 # Sources that work before the first evaluation, or to make memory for those who do not bring their own.
