@@ -30,9 +30,7 @@ KT_INLINE void lay_out_half(const kt_group *group, kt_half *h) {
     const size_t m = (size_t)h->m, n = (size_t)h->n;
     char *at = (char *)h + KT_HALF_HEAD * sizeof(double);
     assert((uintptr_t)at % sizeof(kt_v4) == 0);
-#define PLACE(type, name, count, meaning)                                                                              \
-    h->name = (type *)(void *)at;                                                                                      \
-    at += (count) * sizeof(type);
+#define PLACE(type, name, count, meaning) h->name = (type *)(void *)at, at += (count) * sizeof(type);
     KT_HALF_FIELDS(PLACE)
 #undef PLACE
 }
@@ -455,7 +453,7 @@ static void complete_responses(const kt_model *model, kt_data *data, const kt_gr
     *h->is_incomplete = 0;
 }
 
-/* Adds the accelerations due to lambda alone. */
+/* The same due to lambda alone. */
 static void complete_multipliers(const kt_model *model, kt_data *data, const kt_group *group, const kt_half *h) {
     memset(h->free_acceleration, 0, (size_t)h->m * sizeof *h->free_acceleration);
     complete_responses(model, data, group, h);
