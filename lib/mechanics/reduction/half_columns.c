@@ -35,8 +35,7 @@ KT_INLINE void lay_out_half(const kt_group *group, kt_half *h) {
 #undef PLACE
 }
 
-/* Whether a free joint has armature: its rotors turn against the ground, and the joint stores other terms
- * (aba_armature.c). */
+/* Whether a free joint has armature: rotors turn against the ground, with other terms (aba_armature.c). */
 static bool has_free_armature(const kt_model *model, const kt_group *group) {
     for (int l = 0; l < group->link_count && group->has_armature; l++) {
         const kt_link *link = &model->link[model->group_link[group->link + l]];
@@ -261,8 +260,7 @@ KT_INLINE void reduce_free_link(const kt_articulated *factors, kt_v4 *b, kt_v4 *
     memcpy(column, b, 6 * sizeof *b);
 }
 
-/* The half columns of one link; p: on entry the wrenches on the link, on return the wrenches on its parent. Forces in
- * the joint act, too, if `applied`. */
+/* The half columns of one link; p: wrenches on it, then those on its parent. applied: joint forces act, too. */
 KT_INLINE void reduce_link(const kt_model *model, const kt_data *data, int32_t i, bool applied, kt_v4 *column,
                            wrenches *p) {
     const kt_link *link = &model->link[i];
