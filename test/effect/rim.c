@@ -26,7 +26,7 @@ static kt_effect_record disc_of(double radius, double exponent, double loss) {
 static kt_effect_end moved_by(const kt_effect_end *end, double h) {
     kt_effect_end to = *end;
     to.point = kt_vec3_add(end->point, kt_vec3_scale(h, end->velocity));
-    to.axes = kt_mat3_multiply(kt_matrix_from_euler_vector(kt_vec3_scale(h, end->omega)), end->axes);
+    to.axes = kt_mat3_multiply(kt_mat3_from_euler_vector(kt_vec3_scale(h, end->omega)), end->axes);
     return to;
 }
 
@@ -49,7 +49,7 @@ KT_TEST(power_of_a_rim_is_lost_energy_and_what_it_dissipates) {
         const double h = 2e-3;
         kt_effect_end end[2];
         for (int k = 0; k < 2; k++)
-            end[k] = (kt_effect_end){.axes = kt_matrix_from_euler_vector(normal_vector(&random, 1.0)),
+            end[k] = (kt_effect_end){.axes = kt_mat3_from_euler_vector(normal_vector(&random, 1.0)),
                                      .point = normal_vector(&random, 0.5),
                                      .omega = normal_vector(&random, 1.0),
                                      .velocity = normal_vector(&random, 1.0)};
@@ -82,15 +82,15 @@ KT_TEST(flat_discs_stand_on_all_points_and_upright_ones_on_one) {
     kt_effect_balance balance;
     for (size_t i = 0; i < sizeof leans / sizeof *leans; i++)
         for (int turn = 0; turn < 3; turn++) {
-            end[0].axes = kt_mat3_multiply(kt_matrix_from_euler_vector(kt_vec3_make(leans[i], 0.0, 0.0)),
-                                           kt_matrix_from_euler_vector(kt_vec3_make(0.0, 0.0, turn)));
+            end[0].axes = kt_mat3_multiply(kt_mat3_from_euler_vector(kt_vec3_make(leans[i], 0.0, 0.0)),
+                                           kt_mat3_from_euler_vector(kt_vec3_make(0.0, 0.0, turn)));
             end[0].point = kt_vec3_make(0.3, 0.2, -x);
             touch(&r, end, 0.0, wrench, &balance);
             kt_check_near("normal force", wrench[0].force.z / one, 16.0, 1e-4 + leans[i]);
             kt_check_near("moment", kt_vec3_norm(wrench[0].moment) / one, 0.0,
                           1e-12 + 16.0 * leans[i] * r.exponent * r.radius * r.radius / x);
         }
-    end[0].axes = kt_matrix_from_euler_vector(kt_vec3_make(0.0, 1.5707963267948966, 0.0));
+    end[0].axes = kt_mat3_from_euler_vector(kt_vec3_make(0.0, 1.5707963267948966, 0.0));
     end[0].point = kt_vec3_make(0.3, 0.2, r.radius - x);
     touch(&r, end, 0.0, wrench, &balance);
     kt_check_near("upright", wrench[0].force.z / one, 1.0, 1e-12);

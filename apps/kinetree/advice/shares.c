@@ -36,7 +36,7 @@ void kt_watch_shares(kt_outcome *outcome, const kt_record *record) {
         return;
     shares->seen = record->model;
     if (kt_data_create(record->model, &data, NULL) == KT_OK &&
-        kt_reaction_shares(record->model, data, record->time, record->q, now, now + shares->bodies, NULL) == KT_OK)
+        kt_reaction_shares(record->model, data, record->t, record->q, now, now + shares->bodies, NULL) == KT_OK)
         for (size_t i = 0; i < shares->bodies + shares->loops; i++) {
             shares->of[i].open |= now[i].open;
             shares->of[i].is_too_large |= now[i].is_too_large;

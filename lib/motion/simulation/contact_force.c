@@ -60,7 +60,7 @@ kt_status kt_record_contact(const kt_record *record, int effect, kt_contact_load
     if (record->data == NULL || KT_IS_OTHER_DATA(NULL, model, record->data) ||
         (found->loops > 0 && record->loop_reactions == NULL))
         return kt_error_set(error, KT_ERROR_ARGUMENT,
-                            kt_where_at("contact", kt_effect_name(model, effect), record->time).text,
+                            kt_where_at("contact", kt_effect_name(model, effect), record->t).text,
                             "the record has no reactions, which are the forces of hard contacts; request "
                             "KT_RECORD_REACTION in kt_run.record");
     const kt_contact_place place = kt_contact_place_find(record->data, found);
@@ -70,7 +70,7 @@ kt_status kt_record_contact(const kt_record *record, int effect, kt_contact_load
     } else {
         kt_effect_load elastic;
         const kt_status status =
-            kt_effect_evaluate(model, record->data, record->time, record->q, record->v, effect, &elastic, error);
+            kt_effect_evaluate(model, record->data, record->t, record->q, record->v, effect, &elastic, error);
         if (status != KT_OK)
             return status;
         out.force = elastic.wrench[0].force;
