@@ -125,6 +125,8 @@ def add_command(wheel, build):
     """The command and its scenes, which go beside those of other programs of the environment."""
     data = f"kinetree-{version()}.data"
     wheel.add(f"{data}/scripts/kinetree", (build / "apps/kinetree/kinetree").read_bytes(), executable=True)
+    # pip removes a folder that has a file of its own; a folder of folders would be left empty.
+    wheel.add(f"{data}/data/share/kinetree/LICENSE", (ROOT / "LICENSE").read_bytes())
     for path in sorted((ROOT / "apps/scenes").rglob("*")):
         if path.is_file() and path.name != "meson.build":
             wheel.add(f"{data}/data/share/kinetree/scenes/{path.relative_to(ROOT / 'apps/scenes').as_posix()}", path.read_bytes())
