@@ -1,4 +1,5 @@
 /* Timing in turns, with quartiles, ratios and exponents of the times. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "bench.h"
 
 #include <math.h>

@@ -8,6 +8,7 @@
  * quartiles were 35 and 37 ns. One of its 370 samples was 27 ns. Two tasks are compared by the median of their ratios
  * round by round.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_H
 #define KT_BENCH_H
 

@@ -1,4 +1,5 @@
 /* The chain of the benchmarks: described, compiled, evaluated. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "chain.h"
 
 #include "bench.h"

@@ -6,6 +6,7 @@
  *     inertia about it  (0.020, 0.030, 0.025, 0.001, -0.002, 0.0015)
  *     gravity           9.81 along -z
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_CHAIN_H
 #define KT_BENCH_CHAIN_H
 

@@ -1,4 +1,5 @@
 /* Command line, heading and CSV of the benchmarks. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "report.h"
 
 #include "bench-build.h"

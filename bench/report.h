@@ -1,4 +1,5 @@
 /* Code shared by the benchmark programs: the command line, the heading, the file of figures. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_REPORT_H
 #define KT_BENCH_REPORT_H
 

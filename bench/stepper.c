@@ -1,5 +1,6 @@
 /* (q, v)' = (v, forward dynamics), four evaluations a step. A slice starts anew and its steps are tiny, so the measured
  * cost does not depend on the length of the measurement. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "stepper.h"
 
 #include <stdlib.h>

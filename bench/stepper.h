@@ -1,4 +1,5 @@
 /* A chain set in motion by the classical Runge-Kutta method. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_STEPPER_H
 #define KT_BENCH_STEPPER_H
 

@@ -1,4 +1,5 @@
 /* The checks of check.h. The file runner.c runs tests. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "runner.h"

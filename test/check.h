@@ -17,6 +17,7 @@
  * Arguments of the program are patterns that choose tests by name ('aba_*'), file ('contact_disc') or both
  * ('contact_disc/rolls*'). Each file runs in a process of its own: runner.c.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_CHECK_H
 #define KT_TEST_CHECK_H
 

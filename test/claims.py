@@ -1,4 +1,5 @@
 """What the test scripts share: each claim prints a line as a test does (runner.c), with what speaks against it."""
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import subprocess
 import sys

@@ -8,6 +8,7 @@ passed nor failed. Bounds marked "slack" (check.h) are counted, and the tests th
 
 count.py LOG [WORDS...]: each of WORDS is a line before the last one. --slowest prints the ten slowest programs.
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import re
 import sys

@@ -1,5 +1,6 @@
 /* Parts of a mechanism in one line each: those of the library's defaults, with the members that nearly all of them
  * set. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_DESCRIBE_H
 #define KT_TEST_DESCRIBE_H
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "fixture.h"
 
 bool kt_fine(const char *what, kt_status status, const kt_error *error) {

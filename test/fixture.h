@@ -1,5 +1,6 @@
 /* The objects that tests begin with. If one cannot be made, the reason is a failed check, and the test ends. The
  * objects are released at the end of the test. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_FIXTURE_H
 #define KT_TEST_FIXTURE_H
 

@@ -1,5 +1,6 @@
 /* Folders and files of the running test. They are removed at its end, unless KT_KEEP is set. All paths are absolute and
  * valid until then. If one cannot be made, a check fails, and the test ends. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_FOLDER_H
 #define KT_TEST_FOLDER_H
 

@@ -1,4 +1,5 @@
 /* Models in one formulation or the other, for tests that run both. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_FORMULATION_H
 #define KT_TEST_FORMULATION_H
 

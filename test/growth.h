@@ -1,4 +1,5 @@
 /* How the time of some work grows with its size. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_GROWTH_H
 #define KT_TEST_GROWTH_H
 

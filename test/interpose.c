@@ -1,5 +1,6 @@
 /* Definitions in the program come before those of the C library, so every library it loads uses these too. The
  * underlying functions are reached by glibc's second names, or by those of the address sanitizer when it is there. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "interpose.h"
 
 #include "sanitized.h"

@@ -6,6 +6,7 @@
  *
  * For a test program with 'interpose': true in its entry (see meson.build). Not for several threads.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_INTERPOSE_H
 #define KT_TEST_INTERPOSE_H
 

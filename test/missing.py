@@ -1,4 +1,5 @@
 """A test whose means this machine lacks: says so and counts as skipped. missing.py NAME REASON"""
+# SPDX-License-Identifier: Apache-2.0
 import sys
 
 from claims import skip

@@ -1,5 +1,6 @@
 /* xoshiro256**: Blackman, Vigna, "Scrambled linear pseudorandom number generators", 2018; its state is filled by
  * splitmix64 as its authors advise. A stream's name enters the seed through the FNV-1a hash. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "random.h"
 
 #include <math.h>

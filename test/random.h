@@ -4,6 +4,7 @@
  * The seed is fixed unless the environment variable KT_SEED gives another, and is printed once by each program. A
  * stream depends on the seed and on its name alone, so a test sees the same numbers when it is run by itself.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_RANDOM_H
 #define KT_TEST_RANDOM_H
 

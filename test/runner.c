@@ -6,6 +6,7 @@
  *
  * --list prints the names of the tests. --here runs all tests in one process, for debuggers.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _DEFAULT_SOURCE
 #include "runner.h"
 

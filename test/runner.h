@@ -1,4 +1,5 @@
 /* What the checks tell the runner about the test that is running. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_RUNNER_H
 #define KT_TEST_RUNNER_H
 

@@ -1,4 +1,5 @@
 /* Whether the address sanitizer is in the program: gcc defines a macro, clang answers a question. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_SANITIZED_H
 #define KT_TEST_SANITIZED_H
 

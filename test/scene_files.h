@@ -1,4 +1,5 @@
 /* Kinds of scenes that tests leave out. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_SCENE_FILES_H
 #define KT_TEST_SCENE_FILES_H
 

@@ -4,6 +4,7 @@
 One path a line, relative to the build directory, for ninja; the tests are all but those of the suites. A test that is a
 script needs the targets that it names.
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import os
 import subprocess

@@ -13,6 +13,7 @@ the names of folder and file; macros of a source end with it.
 Loops and effects are compiled for values and for dual numbers (lib/math/algebra/real.h). In one file the second compilation
 has its own types: declarations that depend on the type of numbers are copied again, with names that end with _in_dual.
 """
+# SPDX-License-Identifier: Apache-2.0
 
 import re
 import sys

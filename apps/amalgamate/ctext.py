@@ -1,4 +1,5 @@
 """C source as tokens and as declarations of file scope."""
+# SPDX-License-Identifier: Apache-2.0
 
 import re
 

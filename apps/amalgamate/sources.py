@@ -1,4 +1,5 @@
 """The sources of the core, read from lib/STOREY/ROOM/meson.build."""
+# SPDX-License-Identifier: Apache-2.0
 
 import re
 from pathlib import Path

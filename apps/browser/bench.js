@@ -1,4 +1,5 @@
 /* The engine of a live page, and the worker in which it runs. */
+/* SPDX-License-Identifier: Apache-2.0 */
 
 /* Frames of a run are bytes already, those of the file are base64 (motion.js). */
 const decode_text = decode;

@@ -10,6 +10,7 @@ Sizes decide over speed: a page is loaded more often than a long run is made. Su
 other processors. Instructions for vectors (-msimd128) are left out: clang 14 then computes wrong inertias of planar trees, and
 test/browser/engine.py fails for apps/scenes/chain.yaml.
 """
+# SPDX-License-Identifier: Apache-2.0
 import gzip
 import pathlib
 import re

@@ -1,4 +1,5 @@
 /* The controls of a live page: numbers with sliders. */
+/* SPDX-License-Identifier: Apache-2.0 */
 
 /* A number with a slider. log: the slider moves along powers of ten; factor: of the number that is shown. */
 class Control {

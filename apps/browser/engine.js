@@ -4,6 +4,7 @@
  *     const page = engine.open(scene, ["simulate.tolerance=1e-6"]);
  *     engine.run(page, false), engine.result(page)
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 
 const FAULT = 0, NOTE = 1; /* ranks of messages */
 const FMI_OK = 0;

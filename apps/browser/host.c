@@ -3,6 +3,7 @@
  * The resource of an FMU is a file. A page has no files, so that kt_page_resource stands for the only one: the linker
  * replaces fopen (--wrap=fopen).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "host.h"
 
 #include "command.h"

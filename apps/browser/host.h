@@ -1,4 +1,5 @@
 /* The page in which the engine runs. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BROWSER_HOST_H
 #define KT_BROWSER_HOST_H
 

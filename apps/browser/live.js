@@ -2,6 +2,7 @@
  *
  * The viewer's own scripts stand before this one, unchanged. `window.kinetree` is its page.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 
 const RUNS_MAX = 12;
 const DRIFT = "energy.total less its start";

@@ -1,4 +1,5 @@
 /* Runs of a live page, and what its controls show. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "page.h"
 
 #include "host.h"

@@ -9,6 +9,7 @@
  * A step of co-simulation ends where the importer says, which would add a step for each frame. A page shows what
  * accuracy costs. Its runs therefore are those of `kinetree view`, whose frames lie between the steps.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BROWSER_PAGE_H
 #define KT_BROWSER_PAGE_H
 

@@ -1,4 +1,5 @@
 /* Whether this machine can compile for WebAssembly (meson.build). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <stdio.h>
 

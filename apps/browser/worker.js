@@ -3,6 +3,7 @@
  *     request: {id, settings, parameters: [[reference, value], ...], method, unprojected}
  *     answers: {id, time} while the run goes on; at its end {id, notes, faults, state, ms}, with data and frames if there are any
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 
 let engine = null, scene = "", opened = {page: 0, key: null, notes: []}, id = 0, reported = 0;
 let notes = [], faults = [];

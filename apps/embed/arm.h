@@ -1,5 +1,6 @@
 /* The seven-axis arm of computed_torque.c and of apps/firmware: that of apps/scenes/arm7.yaml, standing instead of
  * hanging. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef EMBED_ARM_H
 #define EMBED_ARM_H
 

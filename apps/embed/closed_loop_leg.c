@@ -18,6 +18,7 @@
  *
  * The experiment is run twice. The plant first equals the controller's model. Then it has 0.2 kg on the foot and
  * friction in the joints, both unknown to the controller. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <kinetree/kinetree.h>
 #include <math.h>
 #include <stdio.h>

@@ -18,6 +18,7 @@
  *
  * The arm is in arm.h. Reference: Siciliano, Sciavicco, Villani, Oriolo, Robotics (2009), 8.5.2, inverse dynamics
  * control. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "arm.h"
 
 #include <math.h>

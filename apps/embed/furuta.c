@@ -18,6 +18,7 @@
  * A linear quadratic regulator (lqr.h) balances the pendulum. Its model is linearised at the upright position, x' = A x
  * + B u. To compensate for the delay, the regulator predicts the state for the time when the torque reaches the motor.
  * The prediction is x + T (A x + B w), where w is the previous torque. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "lqr.h"
 
 #include <kinetree/experimental.h>

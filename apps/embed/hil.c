@@ -24,6 +24,7 @@
  * waits for the answer to its state instead of the clock. The load of the machine then changes no bit of the result.
  * After a second without an answer the plant no longer waits, until the controller sends again. --lose ignores commands
  * at random. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <kinetree/kinetree.h>
 
 #include <arpa/inet.h>

@@ -15,6 +15,7 @@
  *     hil_client PORT [TICKS]
  *
  * With TICKS it stops after that number of answers, like a controller whose cable is unplugged. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <arpa/inet.h>
 #include <poll.h>
 #include <stdint.h>

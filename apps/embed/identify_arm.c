@@ -16,6 +16,7 @@
  *
  * Reference: Swevers, Verdonck, De Schutter, Dynamic model identification for industrial robots, IEEE Control Systems
  * Magazine 27(5), 2007. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "arm.h"
 #include "kinetree/identification.h"
 

@@ -5,6 +5,7 @@
  * The columns of (U1; U2) that span the stable subspace of the Hamiltonian matrix (A, -B B'/r; -Q, -A'), computed by
  * LAPACK's ordered Schur form, give X = U2 U1^-1 (Laub 1979, IEEE Trans. Automatic Control 24, 913-921).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef EMBED_LQR_H
 #define EMBED_LQR_H
 

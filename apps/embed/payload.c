@@ -1,4 +1,5 @@
 /* payload ROBOT BODY.mass KG: computed torque at 1 kHz. After 2 s the body has this mass, also in the controller. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <kinetree/experimental.h>
 #include <kinetree/kinetree.h>
 #include <math.h>

@@ -18,6 +18,7 @@
  *
  * Nothing is allocated during the run. The noise comes from a short generator with a fixed seed. Every run therefore
  * gives the same bits, independently of the computing time of the rollouts. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sampling_robots.h"
 
 #include <stdint.h>

@@ -3,6 +3,7 @@
  * The quadruped moves in the plane x, y. A trunk has two legs at each end, with a thigh and a shank each. The feet
  * touch the ground elastically and with friction. Springs and dampers hold the joints at a stance, as servos would, and
  * the controls are changes of these targets. Pairs of diagonal legs are to lift their feet in turns. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef EMBED_SAMPLING_ROBOTS_H
 #define EMBED_SAMPLING_ROBOTS_H
 

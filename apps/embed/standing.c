@@ -23,6 +23,7 @@
  *
  * Each solution is then checked with kt_acceleration_evaluate and kt_multiplier_evaluate, which are independent of the
  * quadratic program. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <kinetree/kinetree.h>
 
 #include <math.h>

@@ -8,6 +8,7 @@
  *     static_memory [--csv FILE]
  *
  * The plant: a cart on a rail with a double pendulum, driven by a force on the cart that is set every millisecond. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <kinetree/kinetree.h>
 
 #include <math.h>

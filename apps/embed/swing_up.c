@@ -10,6 +10,7 @@
  * Two checks follow. The gradient with respect to all inputs by kt_rollout_gradient must vanish; it shares nothing with
  * the backward pass. A simulation by another method, with an adaptive step, must reach the goal under the same
  * inputs. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <kinetree/kinetree.h>
 #include <math.h>
 #include <stdio.h>

@@ -1,6 +1,7 @@
 /* Start-up code for a Cortex-M7: the vector table, and the reset handler, which calls newlib's start-up code. Stack and
  * heap come from the linker script; input and output use semihosting (librdimon) by the debugger or emulator.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <stdint.h>
 #include <stdlib.h>
 

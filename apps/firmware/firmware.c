@@ -1,6 +1,7 @@
 /* Computed torque of an arm by generated C alone, on a Cortex-M7 and here. test/apps/firmware.py writes arm.c and
  * arm.h by `kinetree export --c`, compiles both programs, and compares their outputs: the bits of the last
  * positions. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "arm.h"
 
 #include <stdint.h>

@@ -1,6 +1,7 @@
 /* Functions of FMI 3.0 for types and capabilities that these FMUs do not have. Getters and setters accept an empty
  * list; all else reports an error. Most of the arguments are never read.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "instance.h"
 
 #pragma GCC diagnostic ignored "-Wunused-parameter"

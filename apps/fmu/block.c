@@ -7,6 +7,7 @@
  * The sum detects accidents, and anybody can compute it. Therefore each word has a range, which is checked before the
  * instance changes. kt_simulation_restore checks the words of the checkpoint.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "instance.h"
 
 #include "base/sum.h"

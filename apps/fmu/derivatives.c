@@ -23,6 +23,7 @@
  * exchange columns are those of the state that is projected onto the loops. With loops, and for all other columns,
  * the derivatives are central differences of order eight (derivative/difference.h) along the direction.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "instance.h"
 #include "present.h"
 

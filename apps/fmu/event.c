@@ -6,6 +6,7 @@
  * counts as the other side. If an action changes the value of an event, the event is on the side of its new value, and
  * is not due for this change.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "instance.h"
 
 #include "algebra/elementary.h"

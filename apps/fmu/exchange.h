@@ -1,4 +1,5 @@
 /* The limits of model exchange. The command and the binary of an FMU both use this function. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_FMU_EXCHANGE_H
 #define KT_FMU_EXCHANGE_H
 

@@ -1,6 +1,7 @@
 /* The C interface of FMI 2.0 (fmi-standard.org), on top of that of FMI 3.0. Names, values and orders are those of the
  * standard. Truth values are int, and modes, references, states and times are those of FMI 3.0.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "fmi2.h"
 #include "instance.h"
 

@@ -1,5 +1,6 @@
 /* The types of the C interface of FMI 2.0 (fmi-standard.org) that an FMU and an importer need. The order of values is
  * that of the standard. Statuses and references are those of FMI 3.0. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_FMU_FMI2_H
 #define KT_FMU_FMI2_H
 

@@ -1,6 +1,7 @@
 /* The C interface of FMI 3.0: model exchange and co-simulation. The names of the functions are those of the standard.
  * Variables are numbers of 64 bits (reference.h); functions for other types report an error if they get any.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "exchange.h"
 #include "instance.h"
 #include "present.h"

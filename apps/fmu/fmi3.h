@@ -1,5 +1,6 @@
 /* The types of the C interface of FMI 3.0 (fmi-standard.org) that an FMU for model exchange and co-simulation needs.
  * The order of values is that of the standard. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_FMU_FMI3_H
 #define KT_FMU_FMI3_H
 

@@ -1,4 +1,5 @@
 /* Instances of an FMU: resources, the compiled scene, derivatives and outputs. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "instance.h"
 
 #include "present.h"

@@ -3,6 +3,7 @@
  * In co-simulation the state is that of a simulation. In model exchange the importer integrates y = (q, v, x), and the
  * simulation only computes outputs. An instance shares nothing with other instances.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_FMU_INSTANCE_H
 #define KT_FMU_INSTANCE_H
 

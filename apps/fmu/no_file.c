@@ -1,4 +1,5 @@
 /* Scenes of FMUs have no other files: an FMU reads its own resource alone. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/file.h"
 
 /* NOLINTNEXTLINE(readability-non-const-parameter): the declaration of the reader of files */

@@ -1,4 +1,5 @@
 /* Calculations in the present state of a simulation, and times at which functions of time jump. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "present.h"
 
 #include "expression/formula_breakpoint.h"

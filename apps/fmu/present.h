@@ -1,5 +1,6 @@
 /* Calculations in the present state of a simulation: with its contacts, and with the parameters that events have set.
  * Only they read the simulation's own struct. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_FMU_PRESENT_H
 #define KT_FMU_PRESENT_H
 

@@ -1,5 +1,6 @@
 /* References of the variables of an FMU, and its token. The command writes them into modelDescription.xml, and the
  * binary of the FMU reads them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_FMU_REFERENCE_H
 #define KT_FMU_REFERENCE_H
 

@@ -1,4 +1,5 @@
 /* Roles of parameters (roles.h): the scene is read with each parameter as its only variable. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "roles.h"
 
 #include "reference.h"

@@ -1,4 +1,5 @@
 /* The parameters of a scene as parameters of an FMU. The command and the binary of an FMU both use these roles. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_FMU_ROLES_H
 #define KT_FMU_ROLES_H
 

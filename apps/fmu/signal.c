@@ -5,6 +5,7 @@
  *     co-simulation:  t0 is the begin of each step. Within the step the function continues. If the inputs of the next
  *                     step differ from its end, it jumps there: loops close again, as at an event of the scene.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "signal.h"
 
 #include "instance.h"

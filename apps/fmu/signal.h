@@ -4,6 +4,7 @@
  * The equations need a function f with its first and second derivative, or fewer of them. Each of these numbers is a
  * variable of its own: the other tool has the derivatives of its signals, and the FMU would have to guess them.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_FMU_SIGNAL_H
 #define KT_FMU_SIGNAL_H
 

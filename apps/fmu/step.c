@@ -7,6 +7,7 @@
  *
  * After each accepted step of the integrator the importer may read variables, in an intermediate update.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "instance.h"
 
 #include "simulation/step_parts.h"

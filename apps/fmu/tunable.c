@@ -1,6 +1,7 @@
 /* Tunable parameters of an instance. They are variables of the scene, so that all that follows from them can be set in
  * a model that is compiled (scene/tune.h).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "instance.h"
 
 #include <stdio.h>

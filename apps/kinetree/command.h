@@ -1,4 +1,5 @@
 /* Declarations shared by the files of the command: subcommands, exit codes, messages to the user. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_H
 #define KT_COMMAND_H
 

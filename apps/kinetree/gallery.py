@@ -4,6 +4,7 @@ gallery.py COMMAND SCENES OUTPUT DEPENDENCIES [--live]
     writes OUTPUT/figures.html, the pictures and views beside it, and DEPENDENCIES, a rule for ninja. With --live each
     page runs its scene. All pages share the engine, OUTPUT/engine.js
 """
+# SPDX-License-Identifier: Apache-2.0
 import concurrent.futures
 import html
 import os

@@ -1,4 +1,5 @@
 /* kinetree: runs and analyses scenes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "command.h"
 #include "text/json.h"
 

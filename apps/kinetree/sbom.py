@@ -3,6 +3,7 @@
 Kinetree has no code of others. The bill lists the libraries that the command and the libraries of this build load, with their
 licences, so that whoever ships a build has the list at hand. Equal builds have equal bills.
 """
+# SPDX-License-Identifier: Apache-2.0
 import hashlib
 import json
 import sys

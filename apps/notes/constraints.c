@@ -1,6 +1,7 @@
 /* Chapter 6: compares each constraint's equations with the results of the exercises. Differences of phi check A and b'
  * (derivative, linearisation, virtual perturbation). Differences of A v - b' check b'' (linearisation of the
  * derivative). Reactions A' lambda do no work on motions that A allows. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "notes.h"
 
 #include <math.h>

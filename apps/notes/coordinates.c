@@ -1,4 +1,5 @@
 /* Chapters 7 to 9: the point mass pendulum by every set of coordinates; index and stability of DAEs. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/analysis.h"
 #include "notes.h"
 

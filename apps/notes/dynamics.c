@@ -1,4 +1,5 @@
 /* Chapters 3 and 4: a point of variable mass, bars, kinetic energy, Gauss' principle. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "notes.h"
 
 #include <math.h>

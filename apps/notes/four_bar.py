@@ -9,6 +9,7 @@ Heun or Runge-Kutta methods advance u and v, and a projection returns u and v on
 
     python3 four_bar.py [DURATION [STEP]]      prints a line "t u1 u2 u3 v1 v2 v3" for each tenth of a second
 """
+# SPDX-License-Identifier: Apache-2.0
 import sys
 
 import numpy as np

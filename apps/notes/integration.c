@@ -1,4 +1,5 @@
 /* Chapter 5: accuracy and stability of integration methods. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "notes.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* Prints the figures of the exercises, chapter by chapter. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "notes.h"
 
 #include <math.h>

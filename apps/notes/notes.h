@@ -1,5 +1,6 @@
 /* The exercises of Masarati's notes on multibody dynamics [MSD], computed: declarations that the files share. The page
  * include/pages/notes.md states the problems. Each line of the output is the number of an exercise and its figure. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_NOTES_H
 #define KT_NOTES_H
 

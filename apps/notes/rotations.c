@@ -1,4 +1,5 @@
 /* Chapter 2 and appendix A: rotations and their representations. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "notes.h"
 
 #include <math.h>

@@ -4,6 +4,7 @@ The libraries are linked into the module and into the command, so that the wheel
 expat, jansson and cairo, and no library of its own. meson-python would do the same, but the versions of Debian 12 install every
 header, archive and man page of the project into the environment, and leave the tag of the stable interface out.
 """
+# SPDX-License-Identifier: Apache-2.0
 import base64
 import hashlib
 import pathlib

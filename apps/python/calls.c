@@ -1,5 +1,6 @@
 /* Calls of Python that do several things at once: a call of Python for each would take longer than the dynamics. Those
  * that move a simulation also let its watch take states (advice/driven.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -5,6 +5,7 @@ declarations.py INCLUDE-DIRECTORY CALLS.c METHODS.c OUTPUT.c DEPENDENCIES.d C-CO
 cffi compiles one wrapper for each public function (API mode). The declarations are those of the headers themselves, as the
 preprocessor leaves them: a new public function needs no line here.
 """
+# SPDX-License-Identifier: Apache-2.0
 import os
 import pathlib
 import re

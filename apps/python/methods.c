@@ -5,6 +5,7 @@
  * that it is part of the binary interface of numpy 1 and 2. The headers of numpy are not used: a module that includes
  * them works with one of the two, and Debian 13 has them in a package of their own. Before any other array,
  * kt_python_learn reads one that it knows. If a field differs, all calls take the way through cffi. */
+/* SPDX-License-Identifier: Apache-2.0 */
 typedef struct kt_python_array {
     PyObject ob_base;
     char *data;

@@ -4,6 +4,7 @@
  *   and more runs at the largest tolerance that keeps the bound. Tolerances have four values a decade, and the next
  *   three keep the bound, too.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "report.h"
 
 #include "kinetree/scene.h"

@@ -2,6 +2,7 @@
  * compute the same states in turns in one run. Their results are compared first, bit by bit. A rollout of many states
  * on one thread is also compared with two threads, in wall-clock time. This comparison requires an otherwise idle
  * machine. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../bench.h"
 #include "../chain.h"
 #include "../report.h"

@@ -1,5 +1,6 @@
 /* The humanoid in lanes and in MuJoCo, without contact. Both take steps of rk4 from one state. All other computations
  * of MuJoCo (collisions, constraints, actuators, passive forces) are switched off. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "peer.h"
 
 #include "../chain.h"

@@ -1,4 +1,5 @@
 /* Steps of a batch, compared with those of MuJoCo. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_BATCH_PEER_H
 #define KT_BENCH_BATCH_PEER_H
 

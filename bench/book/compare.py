@@ -7,6 +7,7 @@ values of a quantity at the published times t_k, its error is
     e = max_k max_i |s_i(t_k) - r_i(t_k)| / max(max_k |r(t_k)|, floor)
 
 so a component that is zero does not count relative to itself. A quaternion and its negative are the same rotation."""
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import math
 import re

@@ -1,4 +1,5 @@
 """Hard contacts in other engines: a block, a robot and a heap, by `bench-contact-engines`."""
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import math
 import os

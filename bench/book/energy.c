@@ -7,6 +7,7 @@
  * rk4.
  * Semi-implicit Euler, v' = v + h a(q, v), q' = q + h v', represents game engines. All coordinates must be lengths and
  * angles of single axes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "energy.h"
 #include "equations.h"
 #include "kinetree/integrator.h"

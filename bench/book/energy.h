@@ -1,4 +1,5 @@
 /* How well steps keep the energy of a mechanism that cannot lose any. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_BOOK_ENERGY_H
 #define KT_BENCH_BOOK_ENERGY_H
 

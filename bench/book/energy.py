@@ -1,4 +1,5 @@
 """Energy at the step sizes of reinforcement learning: MuJoCo, semi-implicit Euler and the library for the same cost."""
+# SPDX-License-Identifier: Apache-2.0
 import math
 import os
 import subprocess

@@ -2,6 +2,7 @@
 
 Each engine runs its own methods at its own ladder of steps. Errors are those of joints at 200 records, against the
 study's reference."""
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import math
 import os

@@ -1,4 +1,5 @@
 /* The equations of a scene as a right-hand side that any solver may call: y = (q, v), y' = (q'(q, v), a(t, q, v)). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_BOOK_EQUATIONS_H
 #define KT_BENCH_BOOK_EQUATIONS_H
 

@@ -6,6 +6,7 @@
  * derivatives (those of a tree's forward dynamics by position and velocity). It is evaluated COUNT times at the
  * assembled start. The output is the number of bodies, of bytes of the model and its data, of states, and of states in
  * a vector. base: with the lowest level of the instruction set. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "equations.h"
 
 #include "kinetree/batch.h"

@@ -2,6 +2,7 @@
 
 Valgrind's tool lackey counts; the difference of two runs belongs to the evaluations. The fewest operations are those of the
 file that `kinetree export --c` writes for the same mechanism: it has no zeros, no loops over joints and no memory."""
+# SPDX-License-Identifier: Apache-2.0
 import os
 import re
 import shutil

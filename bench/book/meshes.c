@@ -7,6 +7,7 @@
  * state that is slightly open, and after STEPS steps of rk4 with projections. The last number is the time of an
  * evaluation, measured for SECONDS. If SECONDS is zero, a counting tool watches a single evaluation in
  * kt_bars_accelerate. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scaling/bars.h"
 
 #include "bench.h"

@@ -1,4 +1,5 @@
 """Ladders, nets and rows of loops that share bodies: how the cost grows with their number, and how well the loops close."""
+# SPDX-License-Identifier: Apache-2.0
 import math
 import os
 import re

@@ -1,4 +1,5 @@
 """A diagram with two logarithmic axes and a curve for each method, as SVG with the same bytes on every machine."""
+# SPDX-License-Identifier: Apache-2.0
 import math
 from xml.sax.saxutils import escape
 

@@ -1,4 +1,5 @@
 """Published references: each entry of references/index.json runs, and its quantities are held against published tables."""
+# SPDX-License-Identifier: Apache-2.0
 import json
 import math
 import os

@@ -6,6 +6,7 @@
  * different codes, and `spread` is half their difference. `error` is the largest difference of a position at the end.
  * LIMIT: evaluations that a run may take. SECONDS: processor time of repetitions for a time; the least is printed. The
  * right-hand side counts its calls, so all solvers are counted alike, with the differences for their Jacobians. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "equations.h"
 #include "kinetree/integrator.h"
 

@@ -2,6 +2,7 @@
 
 bench/book/solvers.c runs both. For each goal of the error, the cheapest setting counts, if all finer settings of the same
 method keep the goal, too. A run that is more than a hundredth of the goal's decades lucky does not count thereby."""
+# SPDX-License-Identifier: Apache-2.0
 import math
 import os
 import re

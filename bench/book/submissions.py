@@ -4,6 +4,7 @@ results and a zip with the scene, the results and the command.
 A problem is run at the loosest of some tolerances that keeps its goal. The accuracy is the largest change of the energy if the
 mechanism neither takes nor loses any, which is the library's rule for A01 and A02; otherwise it is the largest error of the
 results, against a run with a thousandth of the tolerance."""
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import os
 import subprocess

@@ -7,6 +7,7 @@
  *     ida           IDA, BDF on y' - f(t, y) = 0, Newton likewise
  *
  * A state may leave the loops during a run of cvode-adams and ida, which have no place for a projection. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "equations.h"
 
 #include <arkode/arkode_arkstep.h>

@@ -2,6 +2,7 @@
 
 A table without a title is for pages of the documentation alone. Numbers are written with two digits. Data tables hold nothing that depends on the machine or its load, so that any machine
 writes the same bytes. Times go to tables of their own."""
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import math
 

@@ -7,6 +7,7 @@
  * line is trusted if both results agree to 1e-9 of their largest number. Bars are ratios of times, library over
  * generated.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/codegen.h"
 #include "chain.h"
 #include "kinetree/batch.h"

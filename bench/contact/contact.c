@@ -4,6 +4,7 @@
  * Both are timed in turns. A line is trusted if the accelerations keep the contacts closed. The normal acceleration of
  * each closed contact is then zero, and so are the tangential one of a contact that sticks and the acceleration of a
  * stopped joint. They are found from the motion of the bodies, not from the equations of the contacts. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
 #include "mechanisms.h"

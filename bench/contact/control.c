@@ -6,6 +6,7 @@
  * robot, one task and one method. A tick's cost is its number of evaluations.
  *
  * The stiffness k of all controllers may be multiplied by a factor: feet of soft legs slip more. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
 #include "mechanisms.h"

@@ -1,4 +1,5 @@
 /* Motions with contacts in this engine: with events and adaptive steps by default, and with time stepping. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "engines.h"
 #include "kinetree/simulation.h"
 

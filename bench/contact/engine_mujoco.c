@@ -1,5 +1,6 @@
 /* Motions with contacts in MuJoCo. Its contacts are soft by design. One method has MuJoCo's defaults. The other one has
  * the stiffness that is advised for the step, the elliptic cone and the solver that removes slip, as in bench/hard. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../peers/mujoco_twin.h"
 #include "engines.h"
 

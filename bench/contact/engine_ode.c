@@ -1,4 +1,5 @@
 /* Motions with contacts in ODE (peers/ode_twin.h), by dWorldStep or by dWorldQuickStep. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../peers/ode_twin.h"
 #include "engines.h"
 

@@ -1,4 +1,5 @@
 /* Motions with hard contacts, in this engine and in others. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_CONTACT_ENGINES_H
 #define KT_BENCH_CONTACT_ENGINES_H
 

@@ -1,4 +1,5 @@
 /* Mechanisms with hard contacts, or with hard stops. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_CONTACT_MECHANISMS_H
 #define KT_BENCH_CONTACT_MECHANISMS_H
 

@@ -13,6 +13,7 @@
  *
  * The depth is the largest penetration at the records. All engines have the same spheres and planes, without
  * restitution. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "engines.h"
 #include "report.h"
 

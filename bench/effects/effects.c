@@ -5,6 +5,7 @@
  * baseline kernels: the program calls itself. A line is trusted if the accelerations are finite and differ from those
  * without effects.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "chain.h"
 #include "kinetree/effect.h"
 #include "kinetree/simulation.h"

@@ -5,6 +5,7 @@
  * A line is trusted if the group has the form in question, has another one without it, and the accelerations of both
  * agree.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../scaling/bars.h"
 #include "kinetree/mechanism.h"
 #include "report.h"

@@ -6,6 +6,7 @@
  * So the time from one slip to another is the integral of dr / r'. The sum I1 w1 + I2 w2 grows by the integral of the
  * torque P. The clutch sticks while the torque that the plates transmit to the load, P I2 / (I1 + I2), is within f(0).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "clutch.h"
 
 #include "events.h"

@@ -1,4 +1,5 @@
 /* A clutch of dry friction in each engine. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_HARD_CLUTCH_H
 #define KT_BENCH_HARD_CLUTCH_H
 

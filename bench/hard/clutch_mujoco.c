@@ -5,6 +5,7 @@
  * to 0.9999. Euler's method with 2 steps has the least error, and the impedance does not matter there. The error is in
  * proportion to the step.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "clutch.h"
 #include "mujoco.h"
 

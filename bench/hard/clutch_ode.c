@@ -1,6 +1,7 @@
 /* The clutch in ODE, which has no Stribeck curve. Dry friction is the motor of a joint with a target speed of zero.
  * Before each step its largest torque is set to the value of the curve at the slip. There is no other number to choose.
  * The error is in proportion to the step. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "clutch.h"
 #include "ode.h"
 

@@ -10,6 +10,7 @@
  *     A w2'           = w1 (C w3 - A w2 cot(alpha)) - c w2 / sin(alpha)^2
  *     (C + m r^2) w3' = m r^2 w1 w2
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "coin.h"
 
 #include "events.h"

@@ -1,4 +1,5 @@
 /* A coin that spins on its rim and falls flat, in each engine. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_HARD_COIN_H
 #define KT_BENCH_HARD_COIN_H
 

@@ -1,6 +1,7 @@
 /* The spinning coin in MuJoCo: a free body with a cylinder of 2 um, on a plane. Its contact is as stiff as that of the
  * other motions without restitution. The search covered 2 to 20 steps, and damping ratios of 1 and 0.3. It covered the
  * integrators Euler, implicit and RK4. The chosen values have the least error. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "coin.h"
 #include "mujoco.h"
 

@@ -1,5 +1,6 @@
 /* The spinning coin in ODE: a cylinder of 2 um, on a plane, with ERP and CFM as ODE sets them; no others do better.
  * (Without ODE's gyroscopic torque the error is a fifth at this step, by chance: it grows where steps get shorter.) */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "coin.h"
 #include "ode.h"
 

@@ -1,5 +1,6 @@
 /* One line a measure: a dot for each engine on a logarithmic axis, a tick where the bound is. A value of zero, or below
  * the axis, is drawn on the left edge. An engine that could not run a case is named at the right. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "draw.h"
 
 #include "../../apps/kinetree/command.h"

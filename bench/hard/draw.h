@@ -1,4 +1,5 @@
 /* The table of hard cases as a picture. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_HARD_DRAW_H
 #define KT_BENCH_HARD_DRAW_H
 

@@ -36,6 +36,7 @@
  *
  * This engine takes the contacts as they are (restitution, friction), with steps of its own to 1e-10.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "events.h"
 
 #include <math.h>

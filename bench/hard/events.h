@@ -1,5 +1,6 @@
 /* Motions with impacts, stick and slip, in this engine and in others: the error against the closed form, and the
  * time. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_HARD_EVENTS_H
 #define KT_BENCH_HARD_EVENTS_H
 

@@ -3,6 +3,7 @@
  * elliptic cone. Their impedance along friction is ten times as large, and the solver that removes slip is on. MuJoCo
  * has no restitution: such a contact is a spring and a damper that do not pull. The damping ratio yields e (T.
  * Schwager, T. Poeschel, Granular Matter 9, 2007). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "mujoco.h"
 
 #include <math.h>

@@ -2,6 +2,7 @@
  * Contacts come from dCollide before each step, with Coulomb's pyramid along the slip (dContactApprox1). Steps are by
  * dWorldStep. ERP and CFM of contacts have ODE's defaults. A rope is a contact, too, while it is taut: the first body
  * touches the sphere of its length from inside. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "ode.h"
 
 #include <math.h>

@@ -3,6 +3,7 @@
  * fixed step. If this engine steps adaptively, the others take the step that the case names. All use the same measures,
  * computed from the poses and velocities of their bodies. For motions with impacts, stick and slip (events.h), the time
  * is measured, too. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../report.h"
 #include "draw.h"
 #include "events.h"

@@ -1,4 +1,5 @@
 /* A hard case in MuJoCo (peers/mujoco_twin.h), with the case's step. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "mujoco.h"
 
 #include "peers.h"

@@ -1,4 +1,5 @@
 /* Functions for MuJoCo that the parts of bench/run hard share. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_HARD_MUJOCO_H
 #define KT_BENCH_HARD_MUJOCO_H
 

@@ -1,4 +1,5 @@
 /* In place of an engine, or of cairo, that this system does not have. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "draw.h"
 #include "events.h"
 #include "peers.h"

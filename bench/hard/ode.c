@@ -1,4 +1,5 @@
 /* A hard case in ODE (peers/ode_twin.h), with the case's step. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../peers/ode_twin.h"
 #include "peers.h"
 

@@ -1,4 +1,5 @@
 /* Motions with events in ODE. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_HARD_ODE_H
 #define KT_BENCH_HARD_ODE_H
 

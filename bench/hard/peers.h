@@ -1,4 +1,5 @@
 /* The motions of hard cases in other engines, watched as in this one. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_HARD_PEERS_H
 #define KT_BENCH_HARD_PEERS_H
 

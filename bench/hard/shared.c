@@ -1,4 +1,5 @@
 /* Code shared by the twins of a hard case in other engines: the start and the views. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "peers.h"
 
 #include <math.h>

@@ -4,6 +4,7 @@
  * release. The release is at the end of the last step after which the ball is at the height. From there on the
  * reference is a parabola.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "trebuchet.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* The trebuchet in each engine. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_HARD_TREBUCHET_H
 #define KT_BENCH_HARD_TREBUCHET_H
 

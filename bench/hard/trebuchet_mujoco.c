@@ -2,6 +2,7 @@
  * in the model after the step in which the ball comes to the height of the release. RK4 is by far the best method
  * (Euler, implicit: 0.3 m). The search covered time constants from 2 to 30 steps. It covered damping ratios from 0.5 to
  * 2. A time constant of 2 steps leaves 6e-3 m. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "mujoco.h"
 #include "trebuchet.h"
 

@@ -1,6 +1,7 @@
 /* The trebuchet in ODE: hinges, and a joint that fixes the distance of two points (dJointTypeDBall). This joint is
  * disabled after the step in which the ball comes to the height of the release. ERP and CFM have ODE's defaults. The
  * search covered ERP from 0.05 to 0.8. It covered CFM from 0 to 1e-6. None of these values do better. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "ode.h"
 #include "trebuchet.h"
 

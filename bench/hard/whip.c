@@ -13,6 +13,7 @@
  * the tip on its circle. When the rope becomes taut, an impulse removes the tip's speed along the rope. The impulse
  * determines the changes of the rates in the same way as forces determine w'.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../../test/simulation/whip.h"
 
 #include "events.h"

@@ -2,6 +2,7 @@
  * damping ratio 1/2. The search covered time constants of two, four and eight steps. It covered damping ratios of 1/2,
  * one and two. The methods were RK4, Euler and implicit. The chosen values have the least error. Others have errors up
  * to 2e-2. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../../test/simulation/whip.h"
 
 #include "events.h"

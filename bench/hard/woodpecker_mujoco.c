@@ -3,6 +3,7 @@
  * at 0.3 / step. The search covered two and four steps, and oscillations of 0.05 to 0.6. Impedances along friction were
  * one, 10 and 100 times those along the normal. The methods were Euler and RK4. With oscillations at 0.3 the errors
  * scatter, up to 5e-3 s and down to 5e-4 s. Softer contacts have errors of 2e-2 s. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "events.h"
 #include "mujoco.h"
 #include "woodpecker.h"

@@ -3,6 +3,7 @@
  * without friction, so nothing jams there and the toy slides off. The solver dWorldQuickStep bounds friction by the
  * normal forces with friction. The search covered 20 to 200 iterations. It covered relaxations from 1 to 1.8. The
  * choice of 100 iterations and 1.7 has the least error. Others have errors from 5e-4 to 1.5e-1 s. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "events.h"
 #include "woodpecker.h"
 

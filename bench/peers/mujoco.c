@@ -4,6 +4,7 @@
  * of the accelerations of a long chain. So the principal axes are found here, by Jacobi's rotations (Golub & Van Loan,
  * Matrix Computations, 4th ed., 8.5), and given as a quaternion and three moments.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "mujoco.h"
 #include "principal.h"
 

@@ -1,4 +1,5 @@
 /* A tree in MuJoCo: the same numbers, and the calls that do the same work. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_MUJOCO_H
 #define KT_BENCH_MUJOCO_H
 

@@ -3,6 +3,7 @@
  * one for a point. A hinge that is not in the plane has a second one, 1 m along the axis. Constraints, which are soft
  * by design, have the advised stiffness, with a time constant of two steps. The ground has geoms with MuJoCo's
  * defaults. The integrator is a Runge-Kutta method of order 4. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_PEERS_MUJOCO_TWIN_H
 #define KT_BENCH_PEERS_MUJOCO_TWIN_H
 

@@ -2,6 +2,7 @@
  * Semi-implicit Euler steps are taken by dWorldStep, whose exact solver is cubic in the number of constraints. With
  * more than 50 bodies the iterative dWorldQuickStep is used. Error reduction and mixing have ODE's defaults. Contacts
  * with the ground have Coulomb's pyramid along the slip (dContactApprox1). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_PEERS_ODE_TWIN_H
 #define KT_BENCH_PEERS_ODE_TWIN_H
 

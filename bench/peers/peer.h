@@ -13,6 +13,7 @@
  *     time           s
  *     x.BODY y.BODY z.BODY w.BODY i.BODY j.BODY k.BODY     origin of a body's frame in the world (m), and quaternion
  * Exit status 0, or another one with a line on standard error that states why. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_PEERS_PEER_H
 #define KT_BENCH_PEERS_PEER_H
 

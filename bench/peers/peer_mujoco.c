@@ -1,5 +1,6 @@
 /* MuJoCo as a peer of `kinetree accuracy`. It reads the scene as MJCF. Loops in that file are constraints of sites,
  * which versions before 3.1 do not have. If MuJoCo rejects the file, the mechanism is built by mujoco_twin.h. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "mujoco_twin.h"
 #include "peer_scene.h"
 

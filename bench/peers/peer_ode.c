@@ -1,4 +1,5 @@
 /* ODE as a peer of `kinetree accuracy`. It has one method, and this twin has gravity as its only force. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "ode_twin.h"
 #include "peer_scene.h"
 

@@ -1,4 +1,5 @@
 /* A scene that a peer builds again by itself: read, assembled, with its bodies at the start. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_PEERS_PEER_SCENE_H
 #define KT_BENCH_PEERS_PEER_SCENE_H
 

@@ -1,6 +1,7 @@
 /* Simbody as a peer of `kinetree accuracy`. Like this library it has a tree of joints with loops as constraints, and
  * projects the state onto them. The twin has gravity as its only force. Revolute loops are only built in the plane of x
  * and y, as balls: in space their equations repeat each other in planar linkages, which Simbody does not resolve. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <SimTKsimbody.h>
 
 #include <cmath>

@@ -1,4 +1,5 @@
 /* SUNDIALS on the library's own equations as a peer of `kinetree accuracy`. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "peer_scene.h"
 
 #include <stdio.h>

@@ -19,6 +19,7 @@
  * 1.5e-15 were measured. The difference of the accelerations themselves, max |a' - a| / max |a|, is shown. It is larger
  * than eps by the condition of the mass matrix.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "mujoco.h"
 #include "report.h"
 

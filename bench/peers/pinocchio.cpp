@@ -11,6 +11,7 @@
  * the library's accelerations are the given ones. The bound is (4 + bodies) eps of the largest bias force. The mass
  * matrices agree to the same bound of their largest entry. Derivatives are compared for trees without free bodies,
  * since those by the rotation of a free body have another meaning there. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <pinocchio/algorithm/aba-derivatives.hpp>
 #include <pinocchio/algorithm/aba.hpp>
 #include <pinocchio/algorithm/crba.hpp>

@@ -1,4 +1,5 @@
 /* Principal axes by Jacobi's rotations (Golub & Van Loan, Matrix Computations, 4th ed., 8.5). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "principal.h"
 
 /* About axis k the angle |t| <= pi/4 with

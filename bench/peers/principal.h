@@ -1,4 +1,5 @@
 /* Principal axes of an inertia, for engines that want them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_PRINCIPAL_H
 #define KT_BENCH_PRINCIPAL_H
 

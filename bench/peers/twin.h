@@ -1,5 +1,6 @@
 /* A mechanism that is built again in another engine. A twin has the bodies at the start. The functions find masses and
  * the ends of loops. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_PEERS_TWIN_H
 #define KT_BENCH_PEERS_TWIN_H
 

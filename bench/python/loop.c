@@ -11,6 +11,7 @@
  * Each round does COUNT turns, or one batch. The program prints the least seconds of a turn (of the batch) by the clock
  * of the thread. It also prints a number of the result, and the package must have the same number.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _POSIX_C_SOURCE 200809L
 #include "kinetree/batch.h"
 #include "kinetree/scene.h"

@@ -1,5 +1,6 @@
 /* Two legs as scenes. The knee of the first is bent through a four-bar linkage: thigh, crank and rod on it, shank. The
  * second is between hard stops, and its springs press it against them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_REALTIME_LEG_H
 #define KT_BENCH_REALTIME_LEG_H
 

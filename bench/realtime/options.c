@@ -1,4 +1,5 @@
 /* The command line of bench/realtime. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "options.h"
 
 #include "report.h"

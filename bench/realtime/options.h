@@ -1,4 +1,5 @@
 /* The command line of bench/realtime. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_REALTIME_OPTIONS_H
 #define KT_BENCH_REALTIME_OPTIONS_H
 

@@ -13,6 +13,7 @@
  * A line is trusted under four conditions. Every step succeeded. The number of steps is as reported, or larger if hard
  * stops end steps. No iteration ended at its cap. The mechanism is where springs keep it.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "leg.h"
 #include "options.h"
 #include "report.h"

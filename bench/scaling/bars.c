@@ -1,4 +1,5 @@
 /* Bars, 1 kg a metre, most of them on revolute joints about z, in gravity along -y. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "bars.h"
 
 #include "bench.h"

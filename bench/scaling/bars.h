@@ -1,6 +1,7 @@
 /* Closed mechanisms of any size: four-bars hung on a chain, each a group of its own, and those whose loops share
  * bodies, one group.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_BARS_H
 #define KT_BENCH_BARS_H
 

@@ -5,6 +5,7 @@
  * is measured as in loops.c. The bound is 1e-8 here, because the accelerations of a chain grow with the cube of its
  * length.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "chains.h"
 
 #include "bars.h"

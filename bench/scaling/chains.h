@@ -1,4 +1,5 @@
 /* The second table of bench/run loops. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_CHAINS_H
 #define KT_BENCH_CHAINS_H
 

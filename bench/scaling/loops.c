@@ -7,6 +7,7 @@
  * RNEA(a) and the bias force h, the relative power |v . tau| / sum |v_i h_i| must be at most 1e-10. The measured values
  * are 1e-13 and less.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "bars.h"
 #include "chains.h"
 #include "interpose.h"

@@ -1,4 +1,5 @@
 /* Chains of one length: made, run there and back, timed. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "interpose.h"
 #include "kinetree/control.h"
 #include "kinetree/identification.h"

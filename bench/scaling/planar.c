@@ -5,6 +5,7 @@
  * A line is trusted if nothing was allocated after set-up and both find the same accelerations, to 1e-9 of the largest
  * (measured: 1e-12 and less).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "bars.h"
 #include "interpose.h"
 #include "report.h"

@@ -8,6 +8,7 @@
  * Rounding errors of n links add up along the chain. The measured error is 3e-16 for ten links. For 1000 links it is
  * 5e-15.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scaling.h"
 
 #include <float.h>

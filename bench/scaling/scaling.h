@@ -1,4 +1,5 @@
 /* One line of the table: the cost of a chain of n links. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BENCH_SCALING_H
 #define KT_BENCH_SCALING_H
 

@@ -1,4 +1,5 @@
 /* Derivatives of steps of one chain or one row of windows, and the gradient over many, by all inputs. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "bars.h"
 #include "interpose.h"
 #include "kinetree/sensitivity.h"

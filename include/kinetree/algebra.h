@@ -7,6 +7,7 @@
  * Every call is a fixed number of operations and allocates nothing. Calls without a status do not check their
  * arguments: input that is not finite gives NaN.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_ALGEBRA_H
 #define KINETREE_ALGEBRA_H
 

@@ -32,6 +32,7 @@
  * of the time can change a matrix, too. kt_floquet_evaluate is for such motions. Matrices are column-major. Calls do
  * not allocate unless their docstring states this.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_ANALYSIS_H
 #define KINETREE_ANALYSIS_H
 

@@ -41,6 +41,7 @@
  * Only one thread at a time may use a batch. With kt_batch_compute_block several threads share the work. Only
  * kt_batch_create allocates.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_BATCH_H
 #define KINETREE_BATCH_H
 

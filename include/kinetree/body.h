@@ -5,6 +5,7 @@
  * body. The body frame is the child side of the joint: at joint position zero, the body frame coincides with the joint
  * frame. The world is the parent of bodies without a named parent.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_BODY_H
 #define KINETREE_BODY_H
 

@@ -17,6 +17,7 @@
  * Everything may be released once the model is compiled. The page "Scene files" describes the same beams as a section
  * of a file.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_BUILD_H
 #define KINETREE_BUILD_H
 

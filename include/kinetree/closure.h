@@ -1,5 +1,6 @@
 /* Closing the loops: limits of iterations, and the initial values that an assembly has moved. The functions
  * kt_state_project and kt_state_assemble are in mechanism.h. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_CLOSURE_H
 #define KINETREE_CLOSURE_H
 

@@ -8,6 +8,7 @@
  * with the numbers of the model as NAME_default. A program changes members and calls NAME_prepare. Members are masses
  * (kg), centres of mass (m), inertias, positions of joint frames, pitches, armature, markers, and gravity.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_CODEGEN_H
 #define KINETREE_CODEGEN_H
 

@@ -12,6 +12,7 @@
  *     3(1), 1987.
  *   Orin, Goswami, Lee, Centroidal dynamics of a humanoid robot, Autonomous Robots 35, 2013.
  *   Moreover, [MSD 7.33, 7.34]. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_CONTROL_H
 #define KINETREE_CONTROL_H
 

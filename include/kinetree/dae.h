@@ -4,6 +4,7 @@
  * A baseline has its own steps. A comparison with a baseline measures the gain from the reduction to ordinary
  * differential equations. The functions are in libkinetree-study.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_DAE_H
 #define KINETREE_DAE_H
 

@@ -8,6 +8,7 @@
  *
  * The names of types and keys are those of scene files (types.md).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_DESCRIPTION_H
 #define KINETREE_DESCRIPTION_H
 

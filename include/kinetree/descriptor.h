@@ -3,6 +3,7 @@
  *
  * Scene files are read, written and checked with these keys. A program may use them for its own forms and formats. All
  * data are constant and need no memory. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_DESCRIPTOR_H
 #define KINETREE_DESCRIPTOR_H
 

@@ -16,6 +16,7 @@
  * Sources: Featherstone, Rigid Body Dynamics Algorithms (2008), chapters 5 to 7, for the recursions.
  * See also [MSD 7.11].
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_DYNAMICS_H
 #define KINETREE_DYNAMICS_H
 

@@ -102,6 +102,7 @@
  *
  * After a failure the state is the one before the step, and the error names the time and the effect. If the force of
  * any effect is not finite, the step fails in this way with KT_ERROR_NOT_FINITE. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_EFFECT_H
 #define KINETREE_EFFECT_H
 

@@ -1,5 +1,6 @@
 /* Experimental. Ensembles: several simulations of similar models at once, one in each lane of the processor's vectors.
  * */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_ENSEMBLE_H
 #define KINETREE_ENSEMBLE_H
 

@@ -1,6 +1,7 @@
 /* Experimental. The transformation to another model of the same mechanism, which is integrated in place of the
  * simulation's own. The caller's accelerations and projection are in instant.h. kt_simulation_options has a member for
  * each of them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_EQUATIONS_H
 #define KINETREE_EQUATIONS_H
 

@@ -1,4 +1,5 @@
 /* Experimental: all headers whose functions and structs may change in any version. kinetree.h has the stable ones. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_EXPERIMENTAL_H
 #define KINETREE_EXPERIMENTAL_H
 

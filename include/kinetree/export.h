@@ -5,6 +5,7 @@
  * The function kt_robot_read (import.h) reads the exported file back. The mass matrix is then the same except for
  * rounding.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_EXPORT_H
 #define KINETREE_EXPORT_H
 

@@ -26,6 +26,7 @@
  * A number is decimal, such as 1e-3. A name begins with a letter or _, and may have letters, digits, _, dots and [k].
  * A name may have hyphens, too, if a symbol with this name exists: a-b is a difference unless there is a symbol 'a-b'.
  * The constant `pi` is predefined. Angles are in radians, and `30 deg` is one. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_EXPRESSION_H
 #define KINETREE_EXPRESSION_H
 

@@ -4,6 +4,7 @@
  * keep the coordinates of the tree, and treat the equations of its loops in another way than the library does. A
  * simulation accepts either formulation as an option. The functions are in libkinetree-study.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_FORMULATION_H
 #define KINETREE_FORMULATION_H
 

@@ -4,6 +4,7 @@
  *
  * Units: SI and radians.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_FUNCTION_H
 #define KINETREE_FUNCTION_H
 

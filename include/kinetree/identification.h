@@ -27,6 +27,7 @@
  *   Mayeda, Yoshida, Osuka, Base parameters of manipulator dynamic models, IEEE Trans. Robotics and Automation 6(3),
  *     1990.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_IDENTIFICATION_H
 #define KINETREE_IDENTIFICATION_H
 

@@ -8,6 +8,7 @@
  * The scene can be compiled directly, or written as a scene file (kt_scene_write). The user can then add loops, effects
  * and a `simulate` section to the file.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_IMPORT_H
 #define KINETREE_IMPORT_H
 

@@ -1,4 +1,5 @@
 /* An instant of a motion, and the functions of a caller that replace equations of the engine there. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_INSTANT_H
 #define KINETREE_INSTANT_H
 

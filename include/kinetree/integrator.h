@@ -20,6 +20,7 @@
  *
  * Sources: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993
  * (below: HNW), section II.4. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_INTEGRATOR_H
 #define KINETREE_INTEGRATOR_H
 

@@ -4,6 +4,7 @@
  * fail. An output may be any of the inputs, if the array has room for the output: kt_model_nq numbers for positions.
  * Other overlaps are not allowed.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_JOINT_H
 #define KINETREE_JOINT_H
 

@@ -1,4 +1,5 @@
 /* All stable headers of kinetree. The other ones are included by kinetree/experimental.h. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_KINETREE_H
 #define KINETREE_KINETREE_H
 

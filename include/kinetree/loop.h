@@ -9,6 +9,7 @@
  * Loops are in the order of the description, counted from 0. Every call is O(1) unless its docstring gives another
  * cost, allocates nothing and cannot fail.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_LOOP_H
 #define KINETREE_LOOP_H
 

@@ -18,6 +18,7 @@
  * (kt_structure). If loops are chained, as in rows of windows, ropes and ladders, the cost then grows with the number
  * of links.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_MECHANISM_H
 #define KINETREE_MECHANISM_H
 

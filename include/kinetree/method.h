@@ -6,6 +6,7 @@
  *
  * Sources: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993
  * (below: HNW), sections II.1 - II.6. Each table names its own source. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_METHOD_H
 #define KINETREE_METHOD_H
 

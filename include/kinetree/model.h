@@ -8,6 +8,7 @@
  * calls return. For other indices they return NULL, -1, 0 or NaN. Queries allocate nothing and cannot fail; their cost
  * is O(1) unless another cost is given. Names are valid as long as the model.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_MODEL_H
 #define KINETREE_MODEL_H
 

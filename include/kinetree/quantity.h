@@ -1,4 +1,5 @@
 /* The quantities of effects: numbers that a record has of each effect, with names and units. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_QUANTITY_H
 #define KINETREE_QUANTITY_H
 

@@ -2,6 +2,7 @@
  *
  * A run selects the quantities by bits (kt_run.record), and kt_simulation_run passes the records to a callback.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_RECORD_H
 #define KINETREE_RECORD_H
 

@@ -6,6 +6,7 @@
  *
  * A scene file contains these settings in its parts `simulate` and `output`. kt_simulation_create reads these settings.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_RUN_H
 #define KINETREE_RUN_H
 

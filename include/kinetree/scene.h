@@ -40,6 +40,7 @@
  *   switched (kt_switching).
  * A key or word that the format does not have is an error, never ignored.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_SCENE_H
 #define KINETREE_SCENE_H
 

@@ -79,6 +79,7 @@
  * Walther, Evaluating Derivatives, 2008 (adjoints, checkpoints). Sanz-Serna, SIAM Review 58(1), 2016 (adjoints of
  * Runge-Kutta methods).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_SENSITIVITY_H
 #define KINETREE_SENSITIVITY_H
 

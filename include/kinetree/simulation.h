@@ -21,6 +21,7 @@
  * Units: SI and radians. Unless a comment differs, the arrays q and v have the lengths nq and nv of the caller's model.
  * The auxiliary states x (kt_auxiliary_state) have the length kt_auxiliary_state_count.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_SIMULATION_H
 #define KINETREE_SIMULATION_H
 

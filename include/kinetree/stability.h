@@ -3,6 +3,7 @@
  *
  *     y' = lambda y,   y1 = R(h lambda) y0
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_STABILITY_H
 #define KINETREE_STABILITY_H
 

@@ -10,6 +10,7 @@
  * Some calls cannot fail. If an index is out of range, a pointer is NULL or data belong to another model, such a call
  * returns NULL, -1, 0 or NaN and writes nothing.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_STATUS_H
 #define KINETREE_STATUS_H
 

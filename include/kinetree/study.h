@@ -32,6 +32,7 @@
  *   The work-precision diagram: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd
  *     ed., Springer 1993, II.10.
  *   Growth rates: G. Benettin, L. Galgani, J.-M. Strelcyn, Phys. Rev. A 14 (1976) 2338. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_STUDY_H
 #define KINETREE_STUDY_H
 

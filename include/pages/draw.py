@@ -6,6 +6,7 @@ draw.py FOLDER [NAME...]      writes FOLDER/NOUN-TYPE.svg (all, or those named)
 The first body (a parent, the first end) is grey, the second blue, motions are orange, forces green, axes dashed and
 dotted, and hatching stands for the world. Lengths in scenes are in units of 60 pixels.
 """
+# SPDX-License-Identifier: Apache-2.0
 import math
 import pathlib
 import sys

@@ -1,4 +1,5 @@
 """Pictures of effects, for draw.py: most of them are flat, with a bar on a bearing or a block."""
+# SPDX-License-Identifier: Apache-2.0
 import math
 
 from picture import X, Y, Z, add, flat_box, flat_turn, names

@@ -3,6 +3,7 @@
 Solids are seen from one direction, without perspective: x to the front left, y to the right, z up. What is drawn later
 covers what was drawn before.
 """
+# SPDX-License-Identifier: Apache-2.0
 import math
 
 AZIMUTH, ELEVATION, SCALE = math.radians(35), math.radians(24), 60.0

@@ -2,6 +2,7 @@
 
 kinetree.md lists the pages in sections; these lists are the navigation, too.
 """
+# SPDX-License-Identifier: Apache-2.0
 import os
 import pathlib
 import re

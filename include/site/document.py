@@ -20,6 +20,7 @@ The headers are written to be read in an editor, in plain comments. The filter s
 - lines that are indented by two more begin an item of a list; blocks that are indented by four more, after an empty
   line, are shown as they stand.
 """
+# SPDX-License-Identifier: Apache-2.0
 import itertools
 import os
 import pathlib

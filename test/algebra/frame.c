@@ -1,4 +1,5 @@
 /* Poses, triads, the nearest rotation, and the small matrix helpers. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "reference.h"
 
 #include <float.h>

@@ -2,6 +2,7 @@
  * elementary rotations, the exponential series, the Cayley transform and the quaternion sandwich. Complex numbers yield
  * f'(x) = Im f(x + i h) / h without any cancellation. With h = 1e-30, derivatives are therefore as exact as values
  * (Squire and Trapp, 1998). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_ALGEBRA_REFERENCE_H
 #define KT_TEST_ALGEBRA_REFERENCE_H
 

@@ -1,4 +1,5 @@
 /* The sines and cosines of the recursions against those of long double, in units in the last place. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "algebra/sincos.h"

@@ -4,6 +4,7 @@
  *
  * A scene that an engine rejects prints the status. Evaluations before the steps use accelerations, forces and energy.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/dynamics.h"
 #include "kinetree/scene.h"
 

@@ -5,6 +5,7 @@ one_file.py COMPILER SOURCE-ROOT FOLDER BITS.c [SCENE.a STUDY.a CORE.a]
 Writes kinetree.c and its two headers, compiles them once, and runs sampled test programs of the suite with them. With the
 archives of the library, states of all bundled scenes are compared to the last bit.
 """
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import re
 import shutil

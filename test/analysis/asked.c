@@ -1,4 +1,5 @@
 /* Linearisations, modes and spectra with impossible or empty requests: the calls return messages and change nothing. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "small.h"
 

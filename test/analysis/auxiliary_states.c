@@ -1,5 +1,6 @@
 /* Linear systems, modes and equilibria of models with auxiliary states: closed forms, and differences along the
  * manifold. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../simulation/parsed.h"
 
 #include "kinetree/analysis.h"

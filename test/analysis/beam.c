@@ -8,6 +8,7 @@
  * if g > 0. With K = L L', 1 / omega^2 are the eigenvalues of `L^-1 M L^-T`. All terms are positive, so these are good
  * to some eps of the largest. They are computed by Jacobi's rotations, which share nothing with LAPACK's method.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "small.h"
 
 #include "random.h"

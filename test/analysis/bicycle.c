@@ -1,6 +1,7 @@
 /* The benchmark bicycle (Meijaard, Papadopoulos, Ruina & Schwab, Proc. R. Soc. A `463, 2007, 1955-1982`). It is upright
  * and straight, at the speeds of table 2 and at one more. The test compares the eigenvalues of lean and steer. Figures
  * to 16 digits are from quadratic eigenproblems of the published matrices. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../reference/scene.h"
 #include "small.h"
 

@@ -1,4 +1,5 @@
 /* Springs, tops, carts and four-bars against closed forms and one-coordinate models. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "small.h"
 

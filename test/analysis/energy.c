@@ -1,4 +1,5 @@
 /* The effects of forces and loops on the energy, and the judgement of the energy watch on a run's records. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "describe.h"
 

@@ -1,4 +1,5 @@
 /* Static equilibria against closed forms and against minima of the energy found by other means. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "small.h"
 

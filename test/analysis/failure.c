@@ -1,5 +1,6 @@
 /* Models that cannot be linearised are rejected with a message, and earlier results stay. Nothing is allocated after
  * set-up. Equal inputs give equal bits, independent of earlier calls. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "interpose.h"
 #include "small.h"

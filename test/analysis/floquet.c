@@ -1,5 +1,6 @@
 /* Floquet multipliers: Mathieu's pendulum against published characteristic values, ground resonance against Coleman's
  * equations with constant coefficients. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "check.h"
 

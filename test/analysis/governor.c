@@ -1,5 +1,6 @@
 /* The stiff flyball governor (IFToMM A05). The tests check the rates of its published eigenvalues and the steps at
  * which its runs blow up. They also count the cost of a stabilised method. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../reference/scene.h"
 
 #include "kinetree/analysis.h"

@@ -5,6 +5,7 @@
  * another step give the error. Then state y must be S (dv + C dq, da). C follows from the joints' exponential maps, by
  * differencing d/dt of log(p^-1 p') for two motions p, p'.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/tangle.h"
 #include "small.h"
 

@@ -1,6 +1,7 @@
 /* An effect fails at its n-th evaluation, n = 1, 2, ... The call then fails with the effect's message, and earlier
  * results stay. It may also be right all the same, if it can do without a neighbouring evaluation.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "small.h"
 

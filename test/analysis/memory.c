@@ -1,5 +1,6 @@
 /* Every allocation in the set-up of an analysis fails once. The call reports the failure, leaks nothing, and returns no
  * object. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "interpose.h"
 

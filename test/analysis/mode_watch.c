@@ -1,4 +1,5 @@
 /* The watch on the fastest mode, and the steps per period of oscillations, against closed forms and runs. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "train.h"
 
 #include <float.h>

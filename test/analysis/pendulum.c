@@ -5,6 +5,7 @@
  * x. The numbers x are the roots of the Laguerre polynomial L_n (D. Bernoulli, 1733). They follow from L_n's own
  * three-term recurrence, by bisection.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "small.h"
 
 #include <float.h>

@@ -1,4 +1,5 @@
 /* Linear systems and modes of test mechanisms, with calls that must succeed. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_ANALYSIS_SMALL_H
 #define KT_TEST_ANALYSIS_SMALL_H
 

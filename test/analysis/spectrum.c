@@ -1,4 +1,5 @@
 /* Modes along a motion, and the steps that they allow, against closed forms and against runs that really blow up. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sanitized.h"
 #include "train.h"
 

@@ -1,4 +1,5 @@
 /* Modes along a motion with hard contacts, against closed forms. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../simulation/scenes.h"
 
 #include "kinetree/analysis.h"

@@ -1,4 +1,5 @@
 /* The scenes of the notes' syllabus (helicopters, landing gear, control surfaces), each against its theory. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../reference/scene.h"
 #include "check.h"
 

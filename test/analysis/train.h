@@ -4,6 +4,7 @@
  * u_i = sin(i theta_j), theta_j = (2 j - 1) pi / (2 n + 1), and m lambda^2 + (c lambda + k) 4 sin^2(theta_j / 2) = 0.
  * Joint coordinates are the differences q_i = u_i - u_{i-1}.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_ANALYSIS_TRAIN_H
 #define KT_TEST_ANALYSIS_TRAIN_H
 

@@ -1,4 +1,5 @@
 """The foot follows its path through the four-bar, and the loop stays closed. closed_loop_leg.py PROGRAM"""
+# SPDX-License-Identifier: Apache-2.0
 import math
 import re
 import sys

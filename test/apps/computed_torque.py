@@ -1,4 +1,5 @@
 """computed_torque PROGRAM: inverse dynamics follows the path better than PD with the same gains."""
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import math
 import pathlib

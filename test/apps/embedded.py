@@ -1,4 +1,5 @@
 """What the tests of apps/embed share."""
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import pathlib
 import subprocess

@@ -1,4 +1,5 @@
 """The pendulum is swung up, caught, knocked, and stays up, by no more torque than there is. furuta.py PROGRAM"""
+# SPDX-License-Identifier: Apache-2.0
 import math
 import re
 import sys

@@ -2,6 +2,7 @@
 
 All runs but the last are in lock-step, so that no load on the machine makes a difference.
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import pathlib
 import random

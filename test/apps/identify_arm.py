@@ -1,4 +1,5 @@
 """identify_arm PROGRAM: the sums that a record tells are those of the arm, within their deviations, and predict torques."""
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import pathlib
 import re

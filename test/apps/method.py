@@ -3,6 +3,7 @@
 Its program, apps/notes/four_bar.py, has the states of `kinetree run` to 1e-12: two implementations of the equations that share no code. The
 numbers of the pages are those that the program computes, in the digits of the pages.
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import importlib.util
 import pathlib

@@ -3,6 +3,7 @@ commands of that page and of notes-applications.md run.
 
 notes.py PROGRAM SOURCE-ROOT COMMAND-OR-EMPTY
 """
+# SPDX-License-Identifier: Apache-2.0
 import math
 import pathlib
 import re

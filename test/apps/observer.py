@@ -1,4 +1,5 @@
 """observer PROGRAM: the filter is right about the motion, and about how right it is."""
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import pathlib
 import re

@@ -1,4 +1,5 @@
 """payload PROGRAM: one call reads a robot's file, and its controller fits on a page: computed torque, and a payload."""
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import re
 import subprocess

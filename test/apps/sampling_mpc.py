@@ -2,6 +2,7 @@
 runs. sampling_mpc.py PROGRAM [SECONDS]
 
 Runs of so many seconds are too short for the motions: they show the rest, for sanitizers."""
+# SPDX-License-Identifier: Apache-2.0
 import math
 import re
 import sys

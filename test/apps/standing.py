@@ -4,6 +4,7 @@ A convex quadratic program has one solution, and a point is it if it fulfils the
 equations (the accelerations come out as asked), the friction pyramids, no multiplier below zero, and a gradient that the
 equations and the active sides bear.
 """
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import re
 import subprocess

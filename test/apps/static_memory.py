@@ -1,4 +1,5 @@
 """static_memory PROGRAM: what it says of its memory is so."""
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import re
 import subprocess

@@ -1,4 +1,5 @@
 """swing_up PROGRAM: iLQR with exact derivatives of steps reaches its goals, and the adjoint gradient vanishes there."""
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import re
 import subprocess

@@ -1,5 +1,6 @@
 /* Aligned memory: every address is a multiple of the alignment, for every result of malloc, and each block is released
  * once. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "interpose.h"
 

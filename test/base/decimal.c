@@ -1,5 +1,6 @@
 /* Numbers in decimal: rounded as by the C library in the C locale, independently of the current locale. Only the
  * grammar is accepted. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/decimal.h"
 
 #include <float.h>

@@ -1,4 +1,5 @@
 /* Escaping of texts from outside. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/escape.h"
 #include "check.h"
 #include "kinetree/status.h"

@@ -1,4 +1,5 @@
 /* Options of programs that were compiled with earlier headers: a struct that has grown twice. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/options.h"
 
 #include "check.h"

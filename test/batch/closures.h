@@ -1,5 +1,6 @@
 /* Random mechanisms closed by loops of every type, in space and in a plane, with some driven loops. They contain chains
  * of any joints on the ground and on a body that moves. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_BATCH_CLOSURES_H
 #define KT_TEST_BATCH_CLOSURES_H
 

@@ -1,5 +1,6 @@
 /* Simulations that run at once have the bits of those that run alone: all records, counts, final states, and the errors
  * of those that fail. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/tree.h"
 #include "load.h"
 #include "many.h"

@@ -1,6 +1,7 @@
 /* A batch of random trees has the bits of its states computed one by one. The trees have every joint, in space and in
  * the plane, with armature and without, with effects of every type and without. This is tested on every instruction
  * set, with any contents of the other lanes. Nothing is allocated on the way. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/tree.h"
 #include "interpose.h"
 #include "load.h"

@@ -1,5 +1,6 @@
 /* Random mechanisms in a plane, in which each loop is one pin that closes three coordinates. They are four-bars, cranks
  * with sliders and inverted ones, one upon the other. Their base is the ground or a body that moves. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_BATCH_LINKAGES_H
 #define KT_TEST_BATCH_LINKAGES_H
 

@@ -1,4 +1,5 @@
 /* Effects of every type on a random tree. Contacts, stops and limits of servos act in some states and not in others. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_BATCH_LOAD_H
 #define KT_TEST_BATCH_LOAD_H
 

@@ -1,4 +1,5 @@
 /* States of one model computed one by one and as a batch: the same bits, and the same failures. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_BATCH_MANY_H
 #define KT_TEST_BATCH_MANY_H
 

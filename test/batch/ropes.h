@@ -1,5 +1,6 @@
 /* Random mechanisms of long chains that few equations hold, in a plane and in space. Their groups are in the form of
  * Delassus (reduction/delassus.h). They have relations between joints, branches, and loads on these. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_BATCH_ROPES_H
 #define KT_TEST_BATCH_ROPES_H
 

@@ -1,5 +1,6 @@
 /* Every bundled scene as a batch, and random linkages: with effects and loops, in lanes and state by state. The states
  * lie around the initial one, loops closed. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../scene/collect.h"
 #include "closures.h"
 #include "fixture.h"

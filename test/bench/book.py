@@ -1,4 +1,5 @@
 """The validation book in its short form: it keeps its bounds, sees a wrong digit and a NaN, and writes the same bytes twice."""
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import filecmp
 import math

@@ -2,6 +2,7 @@
 
 effects.py PROGRAM MODEL-HEADER OPTION...
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import math
 import pathlib

@@ -1,5 +1,6 @@
 """engines KINETREE FOLDER: the programs kinetree-peer-NAME of a build run mechanisms with and without loops. Their errors
 against the study's reference fall with their steps or tolerances: both sides have the same mechanism."""
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import os
 import pathlib

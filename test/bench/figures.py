@@ -2,6 +2,7 @@
 
 figures.py PROGRAM OPTION...
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import pathlib
 import subprocess

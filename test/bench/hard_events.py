@@ -2,6 +2,7 @@
 
 hard_events.py PROGRAM SOURCE-ROOT OPTION...
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import pathlib
 import subprocess

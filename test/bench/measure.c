@@ -1,4 +1,5 @@
 /* The clock and the statistics of the benchmarks. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "bench.h"
 #include "check.h"
 

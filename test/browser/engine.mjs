@@ -1,5 +1,6 @@
 /* engine.mjs PAGE MOTION.js NUMBERS.js: runs the scene of a live page with the engine of the page, and compares the frames with those that
  * the command has put into the page. Prints JSON: for each part of the frames the hashes of both, and the number of values that differ. */
+/* SPDX-License-Identifier: Apache-2.0 */
 import {createHash} from "crypto";
 import {readFileSync} from "fs";
 import vm from "vm";

@@ -7,6 +7,7 @@ Other bits have one reason: sin, cos and exp belong to the C library. musl, that
 differently, which is shown by itself. Which values these are depends on the version of glibc and on the processor. Scenes with
 other bits are therefore named in the output, and their motions must agree otherwise.
 """
+# SPDX-License-Identifier: Apache-2.0
 import concurrent.futures
 import json
 import math

@@ -2,6 +2,7 @@
 
 The motion of a page after a slider has moved is compared with a page that the command writes for the same value.
 """
+# SPDX-License-Identifier: Apache-2.0
 import base64
 import json
 import math

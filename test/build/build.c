@@ -1,5 +1,6 @@
 /* A builder: beams against closed forms and against the same beams in scene files, trees against the places of their
  * links, and what is rejected. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "scene/collect.h"
 

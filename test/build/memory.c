@@ -1,4 +1,5 @@
 /* Each allocation of a builder fails once. The call says so and adds nothing. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "interpose.h"
 

@@ -2,6 +2,7 @@
 
 counting.py TEST/COUNT.PY
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import pathlib
 import subprocess

@@ -1,4 +1,5 @@
 /* Tests that end their process, between tests that pass. selftest.py reads the report. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include <stdlib.h>

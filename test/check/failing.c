@@ -1,4 +1,5 @@
 /* Every test here must fail: selftest.py checks this. The condition in a test's name holds if the check in it fails. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include <math.h>

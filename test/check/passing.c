@@ -1,4 +1,5 @@
 /* The conditions that checks, random numbers and counts of allocations must meet. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "interpose.h"
 

@@ -2,6 +2,7 @@
 
 selftest.py PROGRAM SOURCE; the program has crashing.c, too.
 """
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import re
 import subprocess

@@ -1,5 +1,6 @@
 /* Assembly: it finds the nearest closed state, and held joints keep their bits. If no closed state exists, it fails
  * with a message. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "../constraint/tangle.h"
 

@@ -1,5 +1,6 @@
 /* Loops that repeat each other, with rounded data. They close and move like loops with exact data. Contradictions
  * beyond rounding are rejected. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../check.h"
 #include "../interpose.h"
 #include "../random.h"

@@ -1,5 +1,6 @@
 /* The values that an assembly keeps because the description gives them, its report on moved values, and its end.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 
 #include <math.h>

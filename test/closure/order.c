@@ -1,4 +1,5 @@
 /* Projection does not change the order of a method. The tests also show the motion without projection. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 
 #include <float.h>

@@ -1,4 +1,5 @@
 /* Projection onto the manifold: closed to rounding, by the least step, and nothing else touched. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "../constraint/tangle.h"
 

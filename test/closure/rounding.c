@@ -2,6 +2,7 @@
  * that are sums of numbers, near the world's origin and far from it. Their sizes range from 1e-9 to 1e9 m. The same
  * hinges and pins are also placed apart by more than rounding explains.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 
 #include "kinetree/closure.h"

@@ -1,4 +1,5 @@
 /* Generated derivatives of the forces of effects, and A and B of steps. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _XOPEN_SOURCE 700
 #include "effect_set.h"
 

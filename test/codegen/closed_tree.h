@@ -1,4 +1,5 @@
 /* Random trees with loops that close in one state. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_CODEGEN_CLOSED_TREE_H
 #define KT_TEST_CODEGEN_CLOSED_TREE_H
 

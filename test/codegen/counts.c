@@ -1,5 +1,6 @@
 /* Operations and bytes of generated functions: none may need more than before. The published counts are those of a
  * robot for which another generator, SYMORO+, has written the same equations. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _XOPEN_SOURCE 700
 #include "../scene/collect.h"
 #include "generated.h"

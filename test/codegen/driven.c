@@ -1,4 +1,5 @@
 /* Driven loops, against the second derivatives of their functions of time. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _XOPEN_SOURCE 700
 #include "generated.h"
 

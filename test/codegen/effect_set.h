@@ -1,4 +1,5 @@
 /* Random effects on a random tree. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_CODEGEN_EFFECT_SET_H
 #define KT_TEST_CODEGEN_EFFECT_SET_H
 

@@ -1,4 +1,5 @@
 /* Generated forces of effects against those of the library, which have tests of their own. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _XOPEN_SOURCE 700
 #include "effect_set.h"
 

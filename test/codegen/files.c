@@ -1,5 +1,6 @@
 /* Files of generated C: rejections, joints without inertia, sines, fixed numbers, equal bits of compilers,
  * operations. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _XOPEN_SOURCE 700
 #include "generated.h"
 #include "text.h"

@@ -1,4 +1,5 @@
 /* Generated C of a four-bar: many steps, singular positions, and rejections of loops. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _XOPEN_SOURCE 700
 #include "generated.h"
 #include "text.h"

@@ -1,4 +1,5 @@
 /* A generated file, compiled by the system's compiler and loaded. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_CODEGEN_GENERATED_H
 #define KT_TEST_CODEGEN_GENERATED_H
 

@@ -1,4 +1,5 @@
 /* Generated files with mech_LANES: each lane has the bits of a file that computes one state. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _XOPEN_SOURCE 700
 #include "../scene/collect.h"
 #include "closed_tree.h"

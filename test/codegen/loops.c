@@ -1,4 +1,5 @@
 /* Generated C of mechanisms with loops against the library, which eliminates the loops in other ways. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _XOPEN_SOURCE 700
 #include "../scene/collect.h"
 #include "closed_tree.h"

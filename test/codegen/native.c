@@ -1,4 +1,5 @@
 /* Generated files as right-hand sides of simulations (kt_native_use). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _XOPEN_SOURCE 700
 #include "../scene/collect.h"
 #include "generated.h"

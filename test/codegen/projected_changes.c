@@ -1,4 +1,5 @@
 /* A and B of generated steps of mechanisms with loops, against the library and against differences of the steps. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _XOPEN_SOURCE 700
 #include "closed_tree.h"
 #include "generated.h"

@@ -1,4 +1,5 @@
 /* Generated loops over repeated links: long chains, and bodies with equal limbs. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _XOPEN_SOURCE 700
 #include "generated.h"
 

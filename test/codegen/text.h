@@ -1,4 +1,5 @@
 /* A generated file as texts. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_CODEGEN_TEXT_H
 #define KT_TEST_CODEGEN_TEXT_H
 

@@ -1,4 +1,5 @@
 /* Generated C of random trees against equations in long double that share nothing with the library (oracle.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _XOPEN_SOURCE 700
 #include "generated.h"
 

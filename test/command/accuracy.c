@@ -1,4 +1,5 @@
 /* kinetree accuracy and kinetree plot: their prints, files and drawings, and their errors for wrong command lines. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "shell.h"
 
 #include "kinetree/method.h"

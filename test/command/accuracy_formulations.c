@@ -1,4 +1,5 @@
 /* kinetree accuracy --formulations: every way to keep loops closed in one study, with the errors of each. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "shell.h"
 
 #include <stdio.h>

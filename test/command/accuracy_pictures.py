@@ -3,6 +3,7 @@
 Times differ from machine to machine, and the best method of a family may differ with them. Compared are: the size, the
 words of title and axes, the slopes, rings and the legend. Each curve of the legend is a method with its order, and the
 curves and those that are left out are all methods."""
+# SPDX-License-Identifier: Apache-2.0
 import os
 import re
 import subprocess

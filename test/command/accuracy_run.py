@@ -10,6 +10,7 @@ sample of scenes and methods; --all takes 40 scenes, all methods and the recomme
 Three scenes have hard contacts. Their errors are those outside of windows about the events of the reference. The test
 takes the events from the summary of its own reference.
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import json
 import pathlib

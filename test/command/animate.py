@@ -3,6 +3,7 @@
 Markers are crosses, whose middles are read from the values of their animation. The scale of the page and the records of `run` say where
 they belong; only the origin of the page is free.
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import math
 import os

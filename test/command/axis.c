@@ -1,4 +1,5 @@
 /* Ticks of charts: round, within the axis, few, and written so that they read back. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "plot/plot.h"

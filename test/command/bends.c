@@ -1,5 +1,6 @@
 /* Runs next to singular positions of loops: velocities that do not fit the loops, and paths that bend. Lifts, linkages
  * and four-bars fold. A bar that is a little too long or too short leads them past the folded position. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "shell.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 """A headless Chromium, driven over a pipe by its DevTools protocol, with nothing but Python's own library."""
+# SPDX-License-Identifier: Apache-2.0
 import base64
 import json
 import os

@@ -1,4 +1,5 @@
 /* The folders in which the program searches the bundled scenes, also on systems that hide its own path. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "command.h"

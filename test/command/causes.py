@@ -2,6 +2,7 @@
 
 Each case is a scene with known faults. Every word of a case must be in the printed messages, and nothing that a case excludes.
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import pathlib
 import subprocess

@@ -5,6 +5,7 @@ check_error.py [--all] COMMAND SCENES
 The true error is the largest distance of the records from a reference: a run in absolute coordinates or with the plan in
 space, by dop853 at the tightest tolerance that works. The quick test takes four scenes; --all takes all.
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import math
 import pathlib

@@ -1,4 +1,5 @@
 /* Runs that are killed and go on from their checkpoint end as if there had been no break, to the last byte. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _XOPEN_SOURCE 700
 #include "sanitized.h"
 #include "shell.h"

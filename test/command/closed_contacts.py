@@ -3,6 +3,7 @@
 An arm with a spring swings slightly, with omega^2 = (k + m g l) / I. A ball rests on a stop, or the arm stands on a
 block whose feet stick. The modes are those of the mechanism with these contacts closed.
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import math
 import pathlib

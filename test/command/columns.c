@@ -1,5 +1,6 @@
 /* Own columns in records, in the summary and in sweeps, for recorded and unrecorded quantities. Further tests carry
  * auxiliary states from file to file. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "shell.h"
 
 #include <math.h>

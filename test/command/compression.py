@@ -4,6 +4,7 @@ half a turn; a path around a surface whose length jumps; joints that move no mas
 
 compression.py KINETREE
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import math
 import pathlib

@@ -3,6 +3,7 @@
 A clamped cubic spline whose end slopes are those of a cubic polynomial is that polynomial, whatever the rows. A natural spline of the
 same rows is not, since the polynomial bends at its ends.
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import math
 import pathlib

@@ -3,6 +3,7 @@
 The path of the only curve is read from the picture. Its ends and its extremes, whose values are known, say where records lie on the paper;
 every record is then held against the path.
 """
+# SPDX-License-Identifier: Apache-2.0
 import bisect
 import math
 import os

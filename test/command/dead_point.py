@@ -8,6 +8,7 @@ leg: with u the rates of the universal joint's two angles and w that of the driv
 two equations. Where det A = 0 no rate follows the drive. Here the same is integrated by equations of its own, without the library:
 over s with t' = det A, q' = -adj(A) B w, which pass the dead point evenly, as t has its largest value there.
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import math
 import re

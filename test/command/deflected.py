@@ -4,6 +4,7 @@ Random trees of pivots, slides and balls with springs and dampers, whose damping
 body a screw relative to its parent. Held against the shape in joint coordinates; against the loops; and against all corners of all solids at
 3,600 phases, for the amplitude. A picture is held against the closed form of a pendulum.
 """
+# SPDX-License-Identifier: Apache-2.0
 import base64
 import json
 import math

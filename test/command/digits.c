@@ -1,4 +1,5 @@
 /* Numbers of records against those of printf. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "text/digits.h"
 
 #include <float.h>

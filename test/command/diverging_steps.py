@@ -6,6 +6,7 @@ energy is not watched. Decays and oscillations just outside of the region of sta
 method's polynomial of stability. Pendulums from the upright position, exponentials, flutter and late pulses grow, with
 steps that resolve them.
 """
+# SPDX-License-Identifier: Apache-2.0
 import cmath
 import csv
 import json

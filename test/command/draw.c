@@ -1,4 +1,5 @@
 /* kinetree draw. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sanitized.h"
 #include "shell.h"
 

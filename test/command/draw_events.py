@@ -4,6 +4,7 @@ Random scenes release and engage loops, set parameters, and stop. `run` to a tim
 its picture at the start is the oracle for the picture that `draw --at T` makes of the first scene. The end of the run and the counts of
 its events are compared with those of `sweep` and `view`. Subcommands that leave events out report it.
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import json
 import math

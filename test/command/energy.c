@@ -1,4 +1,5 @@
 /* Warnings of `run` about energies that a scene cannot have. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "shell.h"
 
 #include <math.h>

@@ -8,6 +8,7 @@ An answer is right if the scene that it writes, whose velocities are zero, has n
 ends with status 4 and names what still accelerates. For each scene both are asked, the nearest equilibrium and where it settles.
 Positions with a residual acceleration are told with their seed. How many have an answer at all is told, and must not become less.
 """
+# SPDX-License-Identifier: Apache-2.0
 import argparse
 import concurrent.futures
 import json

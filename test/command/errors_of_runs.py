@@ -1,4 +1,5 @@
 """Positions of runs, and their differences in the norm of `accuracy`, for the tests of its errors."""
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import io
 import math

@@ -1,4 +1,5 @@
 """export_c COMMAND SOURCE-ROOT: the command line of `kinetree export --c`: files, rejections, exit statuses."""
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import platform
 import re

@@ -1,4 +1,5 @@
 """export_robot COMMAND SOURCE-ROOT: the command line of `kinetree export --mjcf` and `--urdf`: files, rejections, exit statuses."""
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import subprocess
 import sys

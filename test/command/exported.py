@@ -1,4 +1,5 @@
 """Calls of `kinetree export`, whose COMMAND is the first argument, in folders of their own."""
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import subprocess
 import sys

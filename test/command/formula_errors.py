@@ -4,6 +4,7 @@ Arguments: the program, and optionally a seed and a number of scenes. A force is
 state. The oracle is an extrapolation method of this file (Gragg, Bulirsch and Stoer; HNW II.9) with a tolerance of 1e-13.
 The condition is the largest growth of a perturbation, from one of five times to a later record. Errors are over both.
 """
+# SPDX-License-Identifier: Apache-2.0
 import math
 import pathlib
 import random

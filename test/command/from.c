@@ -1,4 +1,5 @@
 /* Going on: a scene that starts from the result of another run. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "shell.h"
 
 #include <math.h>

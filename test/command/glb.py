@@ -3,6 +3,7 @@
 The file is read back by what the specification says (glTF 2.0, section 4 for GLB); markers are carried along by its nodes and held against the CSV
 file. Where node and the Khronos validator (npm gltf-validator; KT_GLTF_VALIDATOR names its folder) are there, it is asked, too.
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import json
 import math

@@ -1,6 +1,7 @@
 """hard_forces KINETREE: the forces of hard contacts, hard stops and friction that sticks in records of effects, against closed forms, and
 against Newton's law of random blocks that slide and stick on random slopes.
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import io
 import json

@@ -3,6 +3,7 @@
 The mechanism is a rod that hangs from a joint: it rests at 0, with omega^2 = 3 g / (2 l). With viscous friction c, the
 two eigenvalues have the sum -c / I.
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import math
 import pathlib

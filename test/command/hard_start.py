@@ -2,6 +2,7 @@
 
 In each state M a + h = Q + A' lambda, with the friction of contacts that slip in Q.
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import json
 import math

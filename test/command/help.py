@@ -2,6 +2,7 @@
 
 help.py COMMAND
 """
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import re
 import subprocess

@@ -1,6 +1,7 @@
 """joint_names KINETREE: joints with names of their own move as those that bear the names of their bodies, to the bit, and everything that
 refers to a joint or tells one does so by its name.
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import pathlib
 import subprocess

@@ -1,4 +1,5 @@
 /* JSON that is written without a tree: jansson reads back the same values. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "text/json_writer.h"

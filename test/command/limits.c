@@ -1,4 +1,5 @@
 /* Under limits of memory the command ends, with words, whether a scene needs OpenBLAS or not. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "shell.h"
 
 #include <stdio.h>

@@ -3,6 +3,7 @@
 Arguments: the program. Random oscillators, dampers and functions of time whose rates have closed forms: the warning names the
 cause with that rate, and the length of steps. Runs that take few steps have no such warning.
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import math
 import pathlib

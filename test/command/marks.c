@@ -1,4 +1,5 @@
 /* Marks of hard contacts across a checkpoint. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/marks.h"
 
 #include "check.h"

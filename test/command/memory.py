@@ -2,6 +2,7 @@
 
 memory.py PRELOAD.so KINETREE SCENES
 """
+# SPDX-License-Identifier: Apache-2.0
 import os
 import pathlib
 import subprocess

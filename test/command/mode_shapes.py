@@ -4,6 +4,7 @@ Random structures: a free or a fixed hub, arms and chains with springs and dampe
 rigid motions and rotors are neutral modes. The residual is computed from the printed matrix and shapes alone, relative to the terms of each
 row, with a floor of 1e-12 of the largest row.
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import math
 import pathlib

@@ -1,4 +1,5 @@
 /* modes and equilibrium. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "shell.h"
 
 #include <math.h>

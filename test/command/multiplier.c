@@ -1,4 +1,5 @@
 /* The forces of loops, as `run` records them and `evaluate` prints them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "shell.h"
 
 #include <float.h>

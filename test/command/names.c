@@ -1,4 +1,5 @@
 /* Names from files are always shown without characters that would control a terminal. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "shell.h"
 
 #include <string.h>

@@ -1,4 +1,5 @@
 """native COMMAND SOURCE-ROOT: `kinetree run --native` and `sweep --native`: records, the cache, and what is rejected."""
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import json
 import os

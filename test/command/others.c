@@ -1,4 +1,5 @@
 /* make, info, demo, integrators, pictures, and outputs that appear on a terminal only. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sanitized.h"
 #include "shell.h"
 

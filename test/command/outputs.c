@@ -1,6 +1,7 @@
 /* Results are written next to their names. They are moved there when they are complete, or when a run has failed and
  * nothing is there. A failed run therefore loses no earlier result, and no result overwrites another or its own input.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _XOPEN_SOURCE 700
 #include "shell.h"
 

@@ -4,6 +4,7 @@ second each).
 
 The page's own numbers of what is under each pixel tell which bodies are seen; colours are read from a picture of the whole page.
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import os
 import pathlib

@@ -1,4 +1,5 @@
 """peers COMMAND: `kinetree accuracy --peers` with engines that the test makes: one of closed form, and ones that fail."""
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import math
 import os

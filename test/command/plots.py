@@ -2,6 +2,7 @@
 
 Random own columns leave the domain of their formula; the records of the position say where, in Python.
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import json
 import math

@@ -4,6 +4,7 @@ About its axis a revolute joint without effects transmits nothing; so the page's
 space are compared with the same chains in which the torques and forces of springs, dampers, motors and drives in joints act from outside, on the
 body and opposite on its parent: there the reaction of a joint is what its bearing transmits.
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import json
 import math

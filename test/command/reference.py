@@ -2,6 +2,7 @@
 
 reference.py COMMAND SCENES
 """
+# SPDX-License-Identifier: Apache-2.0
 import os
 import pathlib
 import re

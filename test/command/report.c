@@ -1,4 +1,5 @@
 /* The report of a run on the terminal: its counts, its energy, and the messages of a run that ends early. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "shell.h"
 
 #include <stdio.h>

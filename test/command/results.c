@@ -1,4 +1,5 @@
 /* The exact texts and numbers that `run` and `evaluate` write. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "shell.h"
 
 #include <float.h>

@@ -6,6 +6,7 @@ these equations has the self-stresses, and a least-squares problem the least sum
 Random mechanisms: hinges and slides with more loops on them, planar linkages of spatial joints with masses out of the plane, and structures
 with fixed joints, in random axes, at lengths of 1e-4 to 1e4 m, with and without motion.
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import json
 import math

@@ -1,5 +1,6 @@
 /* Runs the command through a shell, in a folder of its own that goes with the program. In command lines, "$K" is the
  * command. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_COMMAND_SHELL_H
 #define KT_TEST_COMMAND_SHELL_H
 

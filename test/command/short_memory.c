@@ -2,6 +2,7 @@
  * main has returned, the number of them all goes to the file KT_COUNT_TO. Allocations before and after are not the
  * program's. Coverage's counters, which are written at the exit, are an example. For memory.py; glibc's own names do
  * the work. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _GNU_SOURCE /* RTLD_NEXT */
 #include <dlfcn.h>
 #include <errno.h>

@@ -1,4 +1,5 @@
 /* kinetree stability, and the warning of `kinetree run`. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "shell.h"
 
 #include <math.h>

@@ -1,5 +1,6 @@
 /* Reports of the command on the start state of a scene: values that assembly moved, loops that stay open, and doubtful
  * values that `check` finds. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "shell.h"
 
 #include <stdio.h>

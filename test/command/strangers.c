@@ -1,6 +1,7 @@
 /* Files from strangers: tables that are damaged, are no files, or have other content than their names promise. Each
  * ends with a message. The inputs in test/command/strangers are seeds of fuzzing, too.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/sum.h"
 #include "sanitized.h"
 #include "shell.h"

@@ -1,6 +1,7 @@
 /* HDF5 files from strangers: false sizes, data in other files, links, and damaged chunks. Each ends with a message, and
  * nothing of another file is read.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sanitized.h"
 #include "shell.h"
 

@@ -5,6 +5,7 @@ sweep.py COMMAND [--fewer]
 
 --fewer: smaller sweeps, as sanitizers need no large ones.
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import math
 import os

@@ -3,6 +3,7 @@
 
 sweep_files.py COMMAND
 """
+# SPDX-License-Identifier: Apache-2.0
 import array
 import os
 import pathlib

@@ -3,6 +3,7 @@
 A test says
     finish([part, ...])
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import os
 import pathlib

@@ -1,6 +1,7 @@
 """switched KINETREE: what a scene releases and engages, in records and summary: two rows at an instant, columns of zeros where a loop is off,
 the loss in the energies, no warning of it, and whether it is on at the end; and what hard contacts warn of.
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import json
 import os

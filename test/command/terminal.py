@@ -6,6 +6,7 @@ terminal.py KINETREE
 An interrupted run names its partial file, counts its records, and states how to continue; what it advises is then done, and
 must give the bytes of a run without a break. Large sweeps ask on a terminal.
 """
+# SPDX-License-Identifier: Apache-2.0
 import fcntl
 import os
 import pathlib

@@ -1,6 +1,7 @@
 """time_stepping KINETREE: records, events and the summary of runs with `contact: steps`, against closed forms. They have one source of
 accelerations and reactions.
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import io
 import json

@@ -3,6 +3,7 @@
 Positions that a motion or a coupling determines are compared with their formulas, and equilibria of a geared arm with the root of its torque,
 by bisection. The equations of such coordinates are linear, so no length of a step limits them.
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import json
 import math

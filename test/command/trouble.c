@@ -1,5 +1,6 @@
 /* Results that cannot be written, and runs that fail or are killed. The files that exist are whole, and the message has
  * the reason. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _DEFAULT_SOURCE /* prctl's numbers */
 #define _XOPEN_SOURCE 700
 #include "shell.h"

@@ -2,6 +2,7 @@
 
 types_page.py COMMAND PAGE
 """
+# SPDX-License-Identifier: Apache-2.0
 import concurrent.futures
 import pathlib
 import re

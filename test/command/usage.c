@@ -1,4 +1,5 @@
 /* Command lines that are right, wrong, and nearly right; exit codes and words. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "shell.h"
 
 #include <stdio.h>

@@ -3,6 +3,7 @@
 The page's JSON and base64 are read back; poses are held against markers in the CSV file, which come from the library's own kinematics, and
 columns and forces against its columns.
 """
+# SPDX-License-Identifier: Apache-2.0
 import base64
 import csv
 import json

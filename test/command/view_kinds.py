@@ -6,6 +6,7 @@ drives fit their links, a robot that moves stays in the picture, and notes take 
 
 KT_VIEW_SEEDS=100 takes more random scenes.
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import os
 import pathlib

@@ -5,6 +5,7 @@ are compared with the period: too few of them give a warning with the right numb
 of the summary are the amplitude for every interval. Records at turning points give no warning of energies. Motions below the absolute
 tolerance, and scenes that nothing sets in motion, give one warning. Scenes that are held at rest, and resting on purpose, give none.
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import math
 import pathlib

@@ -9,6 +9,7 @@ pins, and each mesh or span is one force along its line of action. The unknowns 
 where J is written from the forces, and the drift from differences of J along the motion. A sign of the teeth's radial force is that
 which drives the wheels apart.
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import math
 import pathlib

@@ -1,4 +1,5 @@
 /* Loops on their way onto a tree. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "describe.h"
 

@@ -1,5 +1,6 @@
 /* Mechanisms of 100 000 links: time grows linearly with the number of links, and so does memory. The stack does not
  * grow. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/tree.h"
 
 #include <math.h>

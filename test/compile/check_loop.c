@@ -1,4 +1,5 @@
 /* Every rule of loops and effects, each broken once. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <stdio.h>
 

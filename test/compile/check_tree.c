@@ -1,4 +1,5 @@
 /* Parents, cycles, lists, the order of faults, and size. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <limits.h>
 #include <math.h>
 #include <stdio.h>

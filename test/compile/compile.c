@@ -1,5 +1,6 @@
 /* From descriptions to models: the order of bodies and coordinates, and the descriptions that are accepted or rejected.
  * Failures leave nothing behind. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "interpose.h"
 #include "string_up.h"
 

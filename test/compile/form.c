@@ -1,5 +1,6 @@
 /* The form of a constraint group: the expected forms of some mechanisms, with the reason. A form that is excluded is
  * not chosen, and accelerations stay the same but for rounding. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/linkage.h"
 
 #include <math.h>

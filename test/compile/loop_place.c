@@ -2,6 +2,7 @@
  * plane. At the place of a body's present pose the loop is closed. A rod in flight that is caught at such a place turns
  * as the closed form demands.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "fixture.h"
 #include "random.h"
 

@@ -1,5 +1,6 @@
 /* A description with every kind of item and no fault, for tests that spoil it in one place. The header also declares
  * the list of faults that kt_description_check finds in it. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_MODEL_MECHANISM_H
 #define KT_TEST_MODEL_MECHANISM_H
 

@@ -1,5 +1,6 @@
 /* Parameters: a copy with a set parameter computes, to the bit, the results of a model that was compiled with it. The
  * original model stays unchanged. Names are found or suggested. Impossible values are rejected and change nothing. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../scene/collect.h"
 
 #include "interpose.h"

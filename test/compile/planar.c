@@ -1,4 +1,5 @@
 /* Which trees are taken for planar, and how their links are strung. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "fixture.h"
 
 #include "model/model.h"

@@ -1,5 +1,6 @@
 /* Structural rank: the number of independent equations in a general position. It is neither the rank at the given
  * position nor the rank off the manifold. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/linkage.h"
 #include "constraint/tangle.h"
 

@@ -6,6 +6,7 @@
  * degree 7, and integrands have degree 4 at most. The 8 angles are exact for harmonics below the 8th. So the sums are
  * exact but for rounding. The rounding of 400 points is 1e-14 of m l^2.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <float.h>
 #include <math.h>
 

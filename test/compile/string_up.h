@@ -1,4 +1,5 @@
 /* Mechanisms that a test strings up body by body. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_MODEL_STRING_UP_H
 #define KT_TEST_MODEL_STRING_UP_H
 

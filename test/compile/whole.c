@@ -1,4 +1,5 @@
 /* Faults that only the whole mechanism shows. All are reported at once, and together with other faults. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "interpose.h"
 #include "string_up.h"

@@ -6,6 +6,7 @@
  * error of their extrapolation is therefore about 1 / 256 of their difference, or rounding, some eps / H of the
  * numbers.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "tangle.h"
 
 #include "constraint/formula_row.h"

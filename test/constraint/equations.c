@@ -2,6 +2,7 @@
  * derivative of phi by time is -b'. Along q (+) s v, t + s, the rate of A v - b' is -b''. Differences are of sixth
  * order with step h. The bounds are their rounding, some eps / h, times a measured number.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "linkage.h"
 #include "tangle.h"
 

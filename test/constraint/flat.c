@@ -1,6 +1,7 @@
 /* The loops of a planar tree that stay in its plane. Their axes lie in it or along its normal, and both ends have the
  * same direction across.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "linkage.h"
 
 /* A four-bar in the plane of x and y, with one loop more, between its coupler and its rocker. */

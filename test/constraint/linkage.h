@@ -1,4 +1,5 @@
 /* Closed mechanisms by hand: bars in the plane and in space, and the calls that must succeed on them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_CONSTRAINT_LINKAGE_H
 #define KT_TEST_CONSTRAINT_LINKAGE_H
 

@@ -6,6 +6,7 @@
  * frame; the second is the bob's frame. The promised difference is below 1e-9; over a second, it consists of rounding
  * alone.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../simulation/scenes.h"
 
 #include "kinetree/study.h"

@@ -1,5 +1,6 @@
 /* Random closed mechanisms: a random tree (dynamics/tree.h) with loops of every type, which are closed at its start
  * position. Their equations of motion are solved apart from the library. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_CONSTRAINT_TANGLE_H
 #define KT_TEST_CONSTRAINT_TANGLE_H
 

@@ -1,4 +1,5 @@
 /* The equations of motion of random closed mechanisms, solved densely in long double, apart from the library. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "tangle.h"
 
 #include <float.h>

@@ -8,6 +8,7 @@
  *     th'  = s.x' / (L s.e'),   th'' = (s.x'' + |x' - L e' th'|^2 - L s.e'' th'^2) / (L s.e')
  *     sum f s = m (x'' - g),    tau = J th'' - m_arm L g.e' / 2 + f L s.e'
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../../bench/realtime/leg.h"
 #include "../constraint/linkage.h"
 #include "../scene/collect.h"

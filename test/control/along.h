@@ -1,5 +1,6 @@
 /* Random trees for the functions of control.h, and the derivative in time of functions of positions. It is computed by
  * differences of order eight along q (+) t v, whose joint rates are v throughout. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_CONTROL_ALONG_H
 #define KT_TEST_CONTROL_ALONG_H
 

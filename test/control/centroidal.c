@@ -1,5 +1,6 @@
 /* Momentum about the centre of mass as a function of joint rates, against sums over bodies in long double, and its
  * derivative against differences. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "along.h"
 
 #include <string.h>

@@ -8,6 +8,7 @@
  *     dx/da = -r sin a - l sin(a + b) (1 + db/da),   (1 + db/da) = -r cos a / (l c)
  * so that near a = 0 one metre of the slider turns the crank by 1 / (dx/da) radians.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 
 #include "kinetree/control.h"

@@ -1,4 +1,5 @@
 /* The Coriolis matrix: its product with the velocities, M' = C + C', and Christoffel's symbols. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "along.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* Jacobians and bias accelerations of points, against poses composed apart from the library and their derivatives. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "along.h"
 
 #include <float.h>

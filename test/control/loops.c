@@ -1,6 +1,7 @@
 /* Random closed mechanisms, in space and in planes, reduced by dense matrices and by fronts. Independent coordinates,
  * the forces of actuators and operational-space inertia are tested. They are compared with the equations of motion in
  * long double (constraint/tangle.h) and with forward dynamics. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/tangle.h"
 
 #include "kinetree/control.h"

@@ -1,5 +1,6 @@
 /* M^-1 x and operational-space inertia of trees, against elimination in long double, on every instruction set. Also
  * rejected inputs. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "along.h"
 
 #include <float.h>

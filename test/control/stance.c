@@ -6,6 +6,7 @@
  *     [0  0  A] [lambda] = [0]
  *     [S' A' 0] [mu    ]   [M a + h]
  * which is solved here by elimination in long double, with the matrices alone. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../dynamics/oracle.h"
 
 #include "kinetree/control.h"

@@ -1,5 +1,6 @@
 /* Derivatives of the accelerations of closed mechanisms, against differences of these accelerations. Also mass,
  * stiffness and damping matrices, against differences of inverse dynamics and against these derivatives. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/tangle.h"
 
 #include "kinetree/effect.h"

@@ -1,5 +1,6 @@
 /* The equations of motion with multipliers for many right-hand sides, and their use: derivatives along the tree against
  * those of dense factors. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "../constraint/tangle.h"
 

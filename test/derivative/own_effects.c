@@ -1,6 +1,7 @@
 /* A caller's own effects with derivatives and without. The effect is friction in a joint of one bar that changes its
  * sign over a small speed. Its derivatives have a closed form. The tests cover the reported error of differences, and
  * callbacks that fail. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 
 #include "kinetree/effect.h"

@@ -2,6 +2,7 @@
 
 docs.py INCLUDE-DIRECTORY SITE-OR-EMPTY C-COMPILER...    SITE is the folder of a finished build, else one is made
 """
+# SPDX-License-Identifier: Apache-2.0
 import html
 import json
 import os

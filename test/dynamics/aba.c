@@ -1,5 +1,6 @@
 /* Forward dynamics against the slow equations of oracle.c, against inverse dynamics and mass matrix, and at its limits.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "oracle.h"
 
 #include <float.h>

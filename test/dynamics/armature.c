@@ -1,6 +1,7 @@
 /* Armature, on random trees of every joint type, spatial, planar and mixed. One reference is the same tree without
  * armature, whose equations change by a diagonal. The other is the closed form of a pendulum with a rotor. (MuJoCo's
  * armature: mujoco.c; loops and whole motions: reference/oracle.) */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "tree.h"
 
 #include "kinetree/study.h"

@@ -1,5 +1,6 @@
 /* One mechanism in two sets of coordinates moves in one way: screws as slides that follow turns, balls as three turns.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "rewrite.h"
 
 #include <float.h>

@@ -1,4 +1,5 @@
 /* The mass matrix against sum J' m J in long double, and the properties of every mass matrix. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "oracle.h"
 
 #include "model/model.h"

@@ -1,5 +1,6 @@
 /* Derivatives of inverse and forward dynamics: against differences of the slow equations in long double, against each
  * other, and against a closed form. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/dynamics.h"
 #include "oracle.h"
 

@@ -1,4 +1,5 @@
 /* One mechanism described in two ways moves in one way. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "rewrite.h"
 
 #include <float.h>

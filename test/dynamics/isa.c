@@ -1,5 +1,6 @@
 /* Equal inputs give equal bits, on every instruction set and for every content of the workspace. No call allocates
  * memory. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "interpose.h"
 #include "tree.h"
 

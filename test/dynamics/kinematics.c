@@ -1,5 +1,6 @@
 /* Poses, twists, accelerations, points and Jacobians: against compositions of Taylor series in long double, and against
  * differences along motions. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "oracle.h"
 
 #include <float.h>

@@ -1,5 +1,6 @@
 /* The inputs that the dynamics reject, and the messages. Rejected calls leave everything untouched. The smallest
  * mechanisms are here, too. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "tree.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* The factors M = L'DL against M itself, against forward dynamics, and against themselves at each instruction set. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "tree.h"
 
 #include "dynamics/dynamics.h"

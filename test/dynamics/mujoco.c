@@ -2,6 +2,7 @@
  * universal, cylindrical or planar joint is two or three MuJoCo joints of one body, in the same order. A free body
  * hangs on the world, its joint frame that of the world; its velocities are then the same numbers in both. Some joints
  * have armature. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "tree.h"
 
 #include "kinetree/control.h"

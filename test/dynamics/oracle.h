@@ -5,6 +5,7 @@
  * accelerations are therefore coefficients of the product, and no velocity recursion is needed. Then Kane: J from unit
  * velocities, M = sum J' m J, tau = sum J' (inertial wrench - gravity - external), M a = tau by Gaussian elimination.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_DYNAMICS_ORACLE_H
 #define KT_TEST_DYNAMICS_ORACLE_H
 

@@ -1,5 +1,6 @@
 /* Trees that move in planes: the planar kernels against the slow equations of oracle.c and against the spatial kernels.
  * Masses and forces may lie out of the plane. The tests also check which trees count as planar. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "oracle.h"
 
 #include <float.h>

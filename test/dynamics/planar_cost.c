@@ -1,5 +1,6 @@
 /* planar_cost planar|spatial LEVEL CALL: one call on a chain of 128 rods that turn about one axis, for planar_cost.py
  * to count its instructions. LEVEL: 1 baseline, 2 v3. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../describe.h"
 
 #include "kinetree/dynamics.h"

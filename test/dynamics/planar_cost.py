@@ -2,6 +2,7 @@
 
 planar_cost.py VALGRIND PLANAR-COST
 """
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import re
 import subprocess

@@ -1,5 +1,6 @@
 /* The inputs that the planar recursions reject, alone and next to spatial ones, with the messages of the others.
  * Rejected calls leave everything untouched. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "tree.h"
 
 #include <float.h>

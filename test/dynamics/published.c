@@ -1,4 +1,5 @@
 /* Mechanisms whose dynamics others have published (published.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "published.h"
 #include "tree.h"
 

@@ -12,6 +12,7 @@
  * `c51d9234f9e34be97ed73bdb2772bd4a61469719`. One body on turns about z, y, x, gravity `(0, 0, -9.81)`.
  *
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_DYNAMICS_PUBLISHED_H
 #define KT_TEST_DYNAMICS_PUBLISHED_H
 

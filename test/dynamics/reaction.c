@@ -1,5 +1,6 @@
 /* Wrenches across joints. The references are sums over the bodies that each joint carries, the joint forces, and a cut
  * tree. Some trees are far from the world's origin. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "oracle.h"
 
 #include <float.h>

@@ -1,4 +1,5 @@
 /* A second description of a random mechanism, made body by body from the first. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_DYNAMICS_REWRITE_H
 #define KT_TEST_DYNAMICS_REWRITE_H
 

@@ -1,4 +1,5 @@
 /* Inverse dynamics against the slow equations of oracle.c, gravity against the potential, and the defaults of NULL. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "oracle.h"
 
 #include <float.h>

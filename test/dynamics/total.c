@@ -1,5 +1,6 @@
 /* Energies, momenta and the centre of mass: against sums over bodies in long double, and against their balances along
  * motions. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "oracle.h"
 
 #include <float.h>

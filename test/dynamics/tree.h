@@ -1,5 +1,6 @@
 /* Random mechanisms for the tests of the recursions, with a model, data and random states. They have every joint type,
  * branches, massless bodies inside chains, oblique axes of any length, turned and shifted joint frames, and markers. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_DYNAMICS_TREE_H
 #define KT_TEST_DYNAMICS_TREE_H
 

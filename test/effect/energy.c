@@ -1,6 +1,7 @@
 /* Every type of effect: its forces against differences of its energy, and its power against its reported sources and
  * sinks. No force or moment is left over on a pair. Records and motions are random.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "effect/effect.h"
 

@@ -1,4 +1,5 @@
 /* Forces by formulas: against the effects that are written in C, differences, and the balance of energy. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../scene/collect.h"
 #include "check.h"
 

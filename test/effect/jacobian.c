@@ -3,6 +3,7 @@
  * Both are exact but for rounding. The units of bounds are the largest number of an effect's wrench and matrices, and
  * of the terms that add up to a joint's slope. The worst of sixty seeds is 0.40 of these units.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "derivative/dual_effect.h"

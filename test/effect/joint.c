@@ -1,4 +1,5 @@
 /* Effects in joints, and the list of all effects. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "effect/effect.h"
 

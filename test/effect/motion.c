@@ -3,6 +3,7 @@
  * All run with dop853 at tight tolerances. Bounds are three times the errors measured when the test was written, unless
  * a comment derives them.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../simulation/scenes.h"
 
 #include <float.h>

@@ -1,5 +1,6 @@
 /* Paths around spheres and cylinders: closed forms and least lengths, differences of the length, the balance of energy,
  * and faults. test/effect/expression differentiates them, and test/robot/mujoco compares them with MuJoCo's. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../scene/collect.h"
 #include "check.h"
 

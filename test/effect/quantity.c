@@ -2,6 +2,7 @@
  * with the generalised forces from inverse dynamics. Rates of lengths are compared with differences. Forces are
  * compared with each type's formula of the recorded lengths and rates.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../simulation/scenes.h"
 
 #include "kinetree/descriptor.h"

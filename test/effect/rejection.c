@@ -1,4 +1,5 @@
 /* Invalid effects: every fault is reported, and a NaN is not compared with other numbers. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../simulation/scenes.h"
 
 #include "kinetree/mechanism.h"

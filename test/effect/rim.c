@@ -1,4 +1,5 @@
 /* The elastic contact of a disc's rim: power against energy, a disc that lies flat, and one that stands. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "effect/effect.h"
 

@@ -3,6 +3,7 @@
  *
  * Bounds are three times the errors measured when the test was written.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../simulation/scenes.h"
 
 #include "effect/effect.h"

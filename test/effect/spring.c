@@ -1,5 +1,6 @@
 /* Springs: forces against differences of the energy, power against its sources, and forces at coincident points.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "effect/effect.h"
 

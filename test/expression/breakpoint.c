@@ -1,4 +1,5 @@
 /* Breakpoints and features of formulas of time, compared with dense samples of the formula and with exact times. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "steep.h"
 

@@ -1,4 +1,5 @@
 /* Values and derivatives of formulas, against the same formulas written in C, in long double, and their differences. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "expression/third.h"
 #include "expression/wide.h"
 #include "kinetree/expression.h"

@@ -1,5 +1,6 @@
 /* Text that is no formula is rejected with its column. Bounds of length, depth and memory; names with hyphens;
  * units. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/expression.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* Random formulas of time with many features, some of which take long to find. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_EXPRESSION_STEEP_H
 #define KT_TEST_EXPRESSION_STEEP_H
 

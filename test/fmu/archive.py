@@ -1,4 +1,5 @@
 """FMUs that `kinetree export --fmu` writes, and runs of their scenes, for the tests in this folder."""
+# SPDX-License-Identifier: Apache-2.0
 import math
 import pathlib
 import re

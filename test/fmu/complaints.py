@@ -1,6 +1,7 @@
 """Complaints of users about FMUs of other tools, as tests (fmu.py): a crash on a damaged state, a hang after a rollback,
 parameters that instances share, and elements of XML in a wrong order. Others are in fmu.py: liblapack and newer
 symbols of glibc (check_binary), and undefined units (check_page)."""
+# SPDX-License-Identifier: Apache-2.0
 import multiprocessing
 import random
 

@@ -1,4 +1,5 @@
 """Events in model exchange (fmu.py): a small importer that locates them, and fmusim, against closed forms and runs."""
+# SPDX-License-Identifier: Apache-2.0
 import ctypes
 import math
 import os

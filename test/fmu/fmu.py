@@ -7,6 +7,7 @@ with that of FMI 2.0 in one file, fmi2Merged.xsd. KT_FMUSIM is the program fmusi
 KT_FMILIB the shared library of modelon-community/fmi-library. KT_FMPY is a Python with the package fmpy. What is not
 there is skipped with a message.
 """
+# SPDX-License-Identifier: Apache-2.0
 import math
 import os
 import pathlib

@@ -1,4 +1,5 @@
 """Footholds of scenes (engage_here) in co-simulation: an input leads to the events, and places are in states of an FMU."""
+# SPDX-License-Identifier: Apache-2.0
 from archive import COMMAND, Fmu, rows, run
 from claims import claim, note
 from instance import Instance

@@ -1,4 +1,5 @@
 """Foreign programs on the FMUs of all bundled scenes: schemas, fmusim, and FMI Library (fmu.py)."""
+# SPDX-License-Identifier: Apache-2.0
 import ctypes
 import math
 import os

@@ -20,6 +20,7 @@
  * A reference with a value is set before the initialization. The others are written after each step with 17 digits. The
  * last line counts allocations of all steps.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "interpose.h"
 
 #include <dlfcn.h>

@@ -1,4 +1,5 @@
 """Instances of FMUs of FMI 3.0 in this process."""
+# SPDX-License-Identifier: Apache-2.0
 import ctypes
 
 REAL, SIZE, FLAG, REFERENCE = ctypes.c_double, ctypes.c_size_t, ctypes.c_bool, ctypes.c_uint32

@@ -1,4 +1,5 @@
 """FMUs after an error of the importer, and after a return to an earlier state (fmu.py)."""
+# SPDX-License-Identifier: Apache-2.0
 import ctypes
 import math
 import re

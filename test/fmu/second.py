@@ -1,4 +1,5 @@
 """FMUs with the functions of FMI 2.0 (fmu.py)."""
+# SPDX-License-Identifier: Apache-2.0
 import concurrent.futures
 import ctypes
 import math

@@ -1,4 +1,5 @@
 """Inputs of FMUs in the place of functions of time (fmu.py)."""
+# SPDX-License-Identifier: Apache-2.0
 import math
 
 from archive import COMMAND, STEP, STEPS, Fmu, differences, records, rows, run

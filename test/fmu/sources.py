@@ -6,6 +6,7 @@ Each compiler builds the binary as the description in the archive says, but with
 set: that takes minutes. The new binary takes the place of the old one in the archive. KT_FMI_SCHEMA names a folder
 with the schemas of FMI 3.0.
 """
+# SPDX-License-Identifier: Apache-2.0
 import math
 import os
 import pathlib

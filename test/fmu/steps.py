@@ -1,5 +1,6 @@
 """Events within a step of co-simulation (fmu.py): early returns, event mode and intermediate updates, against closed
 forms and runs."""
+# SPDX-License-Identifier: Apache-2.0
 import ctypes
 import math
 

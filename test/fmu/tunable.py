@@ -1,4 +1,5 @@
 """Tunable parameters of FMUs (fmu.py)."""
+# SPDX-License-Identifier: Apache-2.0
 import math
 import re
 

@@ -1,4 +1,5 @@
 """Units and descriptions of parameters (fmu.py): those of the number that a parameter is."""
+# SPDX-License-Identifier: Apache-2.0
 from archive import Fmu
 from claims import claim, note
 

@@ -1,4 +1,5 @@
 /* Loops and effects of a mechanism out of bytes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "describe.h"
 #include "fuzz.h"
 #include "kinetree/effect.h"

@@ -1,4 +1,5 @@
 /* Numbers from bytes: one byte is a sixteenth, or a mark that a longer number follows. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "fuzz.h"
 
 #include "kinetree/study.h"

@@ -3,6 +3,7 @@
  *
  * Byte 0 chooses the scene, 1 the method, 2 the steps before the checkpoint. The others change words: the number of the
  * word in two bytes, and a value. A block whose sums are not made anew must be rejected. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "fuzz.h"
 
 #include "kinetree/scene.h"

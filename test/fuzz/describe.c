@@ -1,4 +1,5 @@
 /* A tree of bodies from bytes. After the last byte, zeros follow, and zeros are the plainest choice everywhere. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "fuzz.h"
 
 #include <string.h>

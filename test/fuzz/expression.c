@@ -1,5 +1,6 @@
 /* The reader of formulas, for any text. It reports the fault and its place, or reads a formula whose value and
  * derivatives agree with each other. It takes no more memory than it requires. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "expression/formula_breakpoint.h"
 #include "fuzz.h"
 

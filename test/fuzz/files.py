@@ -7,6 +7,7 @@ results that the command makes of them at first. Each command line must be right
 end the command with one of its exit statuses, within PATIENCE s, and without a report of a sanitizer. Exit status 0:
 nothing was found. Inputs that are found, with their command lines, are in the folder of findings.
 """
+# SPDX-License-Identifier: Apache-2.0
 import os
 import random
 import shutil

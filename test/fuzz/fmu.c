@@ -3,6 +3,7 @@
  *
  * Byte 0 chooses the scene and the kind of instance, 1 the steps before the state, 2 whether the sums are made anew.
  * The others change words (kt_bytes_change_word). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "fuzz.h"
 
 #include "base/sum.h"

@@ -4,6 +4,7 @@
  * and AFL++. The function kt_fuzz_must checks a claim. It ends the process if the claim is false, which fuzzers notice.
  * The program replay.c calls the same entries in the suite; `test/fuzz/run` builds the fuzzers.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_FUZZ_H
 #define KT_TEST_FUZZ_H
 

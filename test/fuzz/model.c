@@ -1,6 +1,7 @@
 /* The check of descriptions and the compiler of models. The description is at least readable memory. Either both reject
  * it with the same message, or the model is whole. A right description can be written as a scene, and read again.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "fuzz.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/scene.h"

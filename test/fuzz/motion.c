@@ -4,6 +4,7 @@
  *
  * All memory has exactly the required size, so that the address sanitizer detects an access beyond it.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "motion.h"
 #include "fuzz.h"
 

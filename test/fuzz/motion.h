@@ -1,4 +1,5 @@
 /* Declarations that motion.c and simulate.c share. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_FUZZ_MOTION_H
 #define KT_TEST_FUZZ_MOTION_H
 

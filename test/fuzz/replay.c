@@ -6,6 +6,7 @@
  * default of 15 takes a minute for the four targets. KT_FUZZ_INPUT names a file that is run alone, without a process of
  * its own: for debuggers.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>

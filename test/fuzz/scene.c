@@ -1,5 +1,6 @@
 /* The readers of scenes and of robots in URDF, MJCF and SDF (FUZZ_ROBOT), for any text. Each reports the fault, or
  * reads a scene. A written scene reads as the same. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "fuzz.h"
 #include "kinetree/import.h"
 

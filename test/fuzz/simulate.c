@@ -1,4 +1,5 @@
 /* A simulation for a moment: steps, records, checkpoints. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "motion.h"
 
 #include <stdlib.h>

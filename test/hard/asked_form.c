@@ -1,5 +1,6 @@
 /* A library to preload into the command (band.py --forms). Models are compiled with the structure that the environment
  * names, and without the forms of groups that it names. The command has no option for these. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/kinetree.h"
 
 #include <dlfcn.h>

@@ -26,6 +26,7 @@ With --sample N distances, of either sign and log-uniform, families, methods, fo
 of the N has a line in --csv, too; it depends on the seed and on its number alone, so that --first I goes on where another sample ended, and what
 it names can be asked again by --families, --runs and --distance.
 """
+# SPDX-License-Identifier: Apache-2.0
 import argparse
 import concurrent.futures
 import functools

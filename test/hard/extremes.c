@@ -5,6 +5,7 @@
  * not depend on its mass, nor on its length if gravity grows with it. For all numbers that a double has, the result
  * must be this motion or a rejection.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "hard.h"
 
 #include <float.h>

@@ -1,5 +1,6 @@
 /* Every hard case observed below its bounds. Runs that take long are shortened here; bench/hard has their full length.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "hard.h"
 
 #include "check.h"

@@ -3,6 +3,7 @@
  * A case is a row of a table (kt_hard_at). The tests run it and check its bounds. The program bench/hard prints it in
  * its full length, with the results of other engines for the same mechanism. Nothing here depends on the tests.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_HARD_H
 #define KT_TEST_HARD_H
 

@@ -7,6 +7,7 @@
  *
  * The tests run some of the scenes. KT_SAMPLE=300 runs 300 scenes.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "describe.h"
 

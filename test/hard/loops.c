@@ -4,6 +4,7 @@
  * rounding makes a superfluous equation look independent, the linkage locks. The particle's angle from upright is that
  * of a pendulum, theta'' = g sin(theta), and has an exact solution (upright.h).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "hard.h"
 
 #include <float.h>

@@ -7,6 +7,7 @@
  * A free chain with neither gravity nor torques keeps linear and angular momentum to rounding. Every step of a
  * Runge-Kutta method keeps linear invariants, and angular momentum to its order. Sums of n terms round by sqrt(n) eps.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "hard.h"
 
 #include <float.h>

@@ -1,4 +1,5 @@
 /* A hard case at work: its description read or made, compiled, run, watched. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "hard.h"
 
 #include "kinetree/study.h"

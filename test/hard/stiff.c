@@ -7,6 +7,7 @@
  *   u = sum_i A_i cos(w_i t),  s = sum_i rho_i A_i cos(w_i t),  sum A_i = u0, sum rho_i A_i = s0.
  * The larger root follows from the formula for a sum, the smaller from their product, so that neither cancels.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "hard.h"
 
 #include "kinetree/analysis.h"

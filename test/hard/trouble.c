@@ -5,6 +5,7 @@
  * straight at t = 3 s. Close to this time the rates grow as `(3 s - t)^-1/2`. A step of 1e-3 s fails only if the
  * stretch is a few steps ahead at most.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../describe.h"
 #include "hard.h"
 

@@ -5,6 +5,7 @@
  * about its intermediate axis turns over at regular times. Elliptic integrals give the period (apps/scenes/flip.yaml:
  * every 5.0259 s), and thus the number of turns.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "hard.h"
 
 #include <math.h>

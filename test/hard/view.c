@@ -3,6 +3,7 @@
  * Of a body: c = p + R com, v_c = v + w x (R com), J = R I R':
  *   T = m v_c'v_c / 2 + w'J w / 2,   V = -m g'c,   momentum m v_c, angular momentum J w + c x m v_c.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "hard.h"
 
 #include <math.h>

@@ -4,6 +4,7 @@
  * its exact place. One window is a parallelogram. At its change point all bars lie on a line, and it could continue
  * crossed. The coupler would then no longer stay parallel to itself.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "hard.h"
 
 #include <math.h>

@@ -12,6 +12,7 @@ The text does not show that a struct has moved a member of one which contains it
 installed, they compare sizes and offsets with LAYOUT, an archive of what abidw wrote of the release. Both are taken from a
 library of empty functions, so that they depend on the headers alone.
 """
+# SPDX-License-Identifier: Apache-2.0
 import hashlib
 import lzma
 import pathlib

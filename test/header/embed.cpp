@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 // A C++ program can use the library through kinetree.h.
 #include "kinetree/kinetree.h"
 

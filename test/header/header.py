@@ -2,6 +2,7 @@
 
 header.py INCLUDE-DIRECTORY C-COMPILER... [-- C++-COMPILER...]
 """
+# SPDX-License-Identifier: Apache-2.0
 import os
 import pathlib
 import subprocess

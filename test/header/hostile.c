@@ -2,6 +2,7 @@
  * not crash. No call succeeds with a number that is not finite, and a call that fails leaves its outputs as they were.
  * Each function runs in a process of its own, on a tree, on a driven four-bar, and on a model without a joint. The
  * sanitizers find the faults that do not crash. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "sanitized.h"
 

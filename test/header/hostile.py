@@ -5,6 +5,7 @@ wrong at a time: pointers NULL, arrays with a number that is NaN, infinite or hu
 or huge, indices and sizes off by one, negative or huge, data of another model. hostile.c has what is right, by type and
 name, and judges what comes back.
 """
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import re
 import sys

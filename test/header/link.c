@@ -1,5 +1,6 @@
 /* Every function that a public header declares is in the libraries of this build: this program would not link
  * otherwise. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/experimental.h"
 #include "kinetree/kinetree.h"
 

@@ -2,6 +2,7 @@
 
 What is in the table is linked: link.c fails to link in a build that lacks a function which its header declares.
 """
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import re
 import sys

@@ -1,6 +1,7 @@
 /* Every member of every options struct with every wrong value (options.py writes the table from the headers). The call
  * that reads the struct rejects it, with a message that names the member, and leaves its outputs. With right options it
  * succeeds. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "kinetree/experimental.h"

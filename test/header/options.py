@@ -4,6 +4,7 @@ A struct of the list is read from the headers, so that a new member is in the te
 count gets values that no call accepts: NaN, infinite and negative numbers, bits and choices that there are not, sizes
 that memory cannot hold, a count without its array. options.c calls the function that reads the struct.
 """
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import re
 import sys

@@ -1,4 +1,5 @@
 """The rooms of the library, from the ground up, as lib/meson.build lists them: each may use itself and those before it."""
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import re
 

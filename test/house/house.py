@@ -2,6 +2,7 @@
 
 house.py SOURCE-ROOT
 """
+# SPDX-License-Identifier: Apache-2.0
 import collections
 import pathlib
 import re
@@ -24,6 +25,7 @@ UMBRELLAS = ("kinetree.h", "experimental.h")  # the stable faces, and the others
 TOP = {"CHANGELOG.md", "CITATION.cff", "LICENSE", "README.md", "apps", "bench", "include", "lib", "meson.build", "meson_options.txt", "pyproject.toml", "test"}
 NEW_FORMAT = re.compile(r"%[-+ 0#]*[\d.*]*(?:[zjt][diouxX]|ll[diu])")  # newlib takes the wrong argument for the %s after these: it reads a wild address
 LONG = 600
+LICENCE = "SPDX-License-Identifier: " + "Apache-2.0"
 WIDE = 120  # columns of a line, as in .clang-format, which leaves comments and strings alone
 NAME_FILES_MOST = 5  # files that have a static function of one name
 NAMES_ALONE_LEAST = 0.95  # of all static functions; their names are in one file alone
@@ -210,7 +212,9 @@ def main():
     claim("static_names_are_unique", ["names are not found"] if len(names) < 1000
           else repeated if alone < NAMES_ALONE_LEAST * total or names[0][1] > NAME_FILES_MOST else [])
 
-    lengths = {path.relative_to(root): path.read_text().count("\n") for path in everything}
+    unnamed = [str(path.relative_to(root)) for path in everything if LICENCE not in path.read_text()]
+    claim("each_source_names_its_licence", unnamed if len(everything) > 1000 else ["no sources"])
+    lengths = {path.relative_to(root): path.read_text().replace(f"/* {LICENCE} */\n", "").count("\n") for path in everything}
     claim(f"no_file_has_more_than_{LONG}_lines",
           [f"{path}: {length}; split it where an idea ends" for path, length in lengths.items() if length > LONG])
     wide = [(path, number, len(line)) for path in everything if path.suffix in (".c", ".h")

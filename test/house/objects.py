@@ -4,6 +4,7 @@ objects.py ARCHIVE... [PROGRAM.p]
 
 A folder of objects, that of a program, is asked for circles alone.
 """
+# SPDX-License-Identifier: Apache-2.0
 import collections
 import pathlib
 import re

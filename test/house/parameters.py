@@ -7,6 +7,7 @@ Public functions are not asked, since their arguments stand in the order that a 
 lib/math/linear/lapack_call.c, which have LAPACK's. Counted are definitions, declarations, those within macros, and pointers
 to functions.
 """
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import re
 import sys

@@ -14,6 +14,7 @@ Code, headings, tables, formulas and addresses are left out.
 
 No file and no sentence is exempt.
 """
+# SPDX-License-Identifier: Apache-2.0
 import dataclasses
 import pathlib
 import re

@@ -2,6 +2,7 @@
 
     security.py SOURCES
 """
+# SPDX-License-Identifier: Apache-2.0
 import re
 import sys
 from pathlib import Path

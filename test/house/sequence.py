@@ -6,6 +6,7 @@ C leaves open in which order a call evaluates its arguments, an operator its ope
 them make nodes, the compiler of the generator decides the numbers of the nodes, and with them the generated file. A function
 makes nodes if it calls find_node, directly or through others, or if it is a parameter.
 """
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import re
 import sys

@@ -9,6 +9,7 @@ Each line says what stands in its place. Where a word is the field's own for som
 Words that mean something else in many files are not asked, since a list of these would say nothing: turn (2 pi), group,
 place, far, whole, base, held, kept, seen, share, close, cross (product), show.
 """
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import re
 import sys

@@ -1,5 +1,6 @@
 /* The regressor against inverse dynamics of trees with other masses, and base parameters against published numbers and
  * sets, with forces of random parameters. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../control/along.h"
 
 #include "kinetree/identification.h"

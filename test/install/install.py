@@ -2,6 +2,7 @@
 
 install.py BUILD-DIRECTORY HAS-MODULE HAS-SCENE HAS-COMMAND HAS-REFERENCE HAS-DOCS C-COMPILER...
 """
+# SPDX-License-Identifier: Apache-2.0
 import os
 import pathlib
 import re

@@ -1,4 +1,5 @@
 /* The first step where the usual guess, from sizes of y and f, has nothing to go by. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "problems.h"

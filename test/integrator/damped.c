@@ -1,5 +1,6 @@
 /* Fixed implicit steps in cases in which the simplified Newton iteration fails: friction that sets in, a force out of
  * rest. The reference for a step is the solution of the same scalar equation by bisection. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "problems.h"

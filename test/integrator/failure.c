@@ -1,4 +1,5 @@
 /* Rejected tries and failed steps. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "problems.h"

@@ -10,6 +10,7 @@
  *
  * The closed form starts from the integrator's own state at the beginning of each step. Hence the test compares errors
  * within one step, inside and at its end, and no error accumulates. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "problems.h"

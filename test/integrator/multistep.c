@@ -1,4 +1,5 @@
 /* Features of multistep methods alone: past states, their start, weights, characteristic polynomials. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "problems.h"

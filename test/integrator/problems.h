@@ -1,4 +1,5 @@
 /* Problems with exact solutions, and an integrator in memory of its own. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_PROBLEMS_H
 #define KT_TEST_PROBLEMS_H
 

@@ -1,4 +1,5 @@
 /* The effect of a projection after each step on the motion, the dense output and the slopes that are reused. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "problems.h"

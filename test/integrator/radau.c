@@ -1,4 +1,5 @@
 /* Features of implicit methods alone: Newton's iteration, its Jacobian, its solver, and stiff equations. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "problems.h"

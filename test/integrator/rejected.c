@@ -1,4 +1,5 @@
 /* Arguments that an integrator cannot use: each is rejected, and the message names the fault. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "problems.h"

@@ -1,5 +1,6 @@
 /* Features of Rosenbrock methods alone: their conditions and transformed table, an exact Jacobian, the slope in time,
  * stiff equations, quadratures. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "problems.h"

@@ -1,4 +1,5 @@
 /* The slope at the present state: evaluated once, and by nobody again. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "problems.h"

@@ -1,5 +1,6 @@
 /* rkc2 and rkc4: stabilised methods on problems that decay fast. The tests of all methods are run on them too. This
  * file tests the features that only they have. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "problems.h"

@@ -1,4 +1,5 @@
 /* Stability polynomials against steps that are really taken, and their limits against closed forms. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "problems.h"

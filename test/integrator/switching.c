@@ -1,4 +1,5 @@
 /* auto: dopri5 until the motion is stiff, radau5 while it is. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "interpose.h"

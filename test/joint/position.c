@@ -1,4 +1,5 @@
 /* The joints' algebra on positions: rates, steps along the exponential map, differences, norms. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/tree.h"
 
 #include "joint/joint.h"

@@ -1,5 +1,6 @@
 /* The cone solver on random problems of rigid bodies, and problems with Coulomb's friction against enumeration and
  * against their own laws. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "cone/cone.h"
 #include "base/arena.h"
 #include "enumeration.h"

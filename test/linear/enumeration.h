@@ -1,5 +1,6 @@
 /* All combinations of modes of a problem with Coulomb's friction, one after another: at most 4^items, or 6^items with
  * least impulses. They are the reference for the cone solver. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_LINEAR_ENUMERATION_H
 #define KT_TEST_LINEAR_ENUMERATION_H
 

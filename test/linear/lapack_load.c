@@ -1,4 +1,5 @@
 /* The shared library loads OpenBLAS, whose threads start with it, when a model first needs it and not before. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "describe.h"
 #include "kinetree/experimental.h"

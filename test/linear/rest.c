@@ -2,6 +2,7 @@
  * Polygons inside and outside of the cones, and Lawson and Hanson's method of nonnegative least squares
  * (doi:10.1137/1.9781611971217), decide whether forces of rest exist. Dykstra's alternating projections find the least
  * ones (doi:10.1080/01621459.1983.10477029). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "cone/rest.h"
 
 #include <math.h>

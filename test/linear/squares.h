@@ -1,4 +1,5 @@
 /* Nonnegative least squares (Lawson and Hanson, doi:10.1137/1.9781611971217): an oracle of cones that are polygons. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_SQUARES_H
 #define KT_TEST_SQUARES_H
 

@@ -2,6 +2,7 @@
  * whose legs are closed by four-bars. The second is a rope of one large group. The program prints the coordinates of
  * the groups and the quadruped's last state in hexadecimal digits. It also prints the message from compiling the rope
  * (without_lapack.py compares them). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../describe.h"
 
 #include "kinetree/kinetree.h"

@@ -1,4 +1,5 @@
 """without_lapack WITHOUT WITH NM: what the library does without LAPACK is what it does with it, but for large groups."""
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import re
 import subprocess

@@ -5,6 +5,7 @@
  *     (|phi|^2)'  = 2 phi . phi',   (|phi|^2)'' = 2 (|phi'|^2 + phi . phi'')
  * for a point that moves as p0 + u t + a t^2 / 2 in the first end's frame, against differences of order six.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "moving.h"
 
 #include <stdlib.h>

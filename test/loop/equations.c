@@ -1,5 +1,6 @@
 /* phi, phi' and phi'' of every type, on its manifold and far off it. The same equations are written from the relative
  * pose in jets (moving.c). The comparison covers the Jacobian, b' and b'' at once. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "moving.h"
 
 #include <float.h>

@@ -1,4 +1,5 @@
 /* The freedoms that each type leaves, and the number that it takes away. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "moving.h"
 
 #include <float.h>

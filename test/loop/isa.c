@@ -1,4 +1,5 @@
 /* The same bits on every instruction set that this processor has. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "moving.h"
 
 #include "dynamics/dynamics.h"

@@ -1,4 +1,5 @@
 /* Numbers with their first and second derivatives by time, in long double: derivatives without differences. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_LOOP_JET_H
 #define KT_TEST_LOOP_JET_H
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "moving.h"
 
 static const jet zero = {0.0L, 0.0L, 0.0L};

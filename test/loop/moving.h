@@ -1,5 +1,6 @@
 /* Ends that move: poses as jets, the kt_loop_end they make, and every loop's equations written down once more, from the
  * relative pose alone. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_LOOP_MOVING_H
 #define KT_TEST_LOOP_MOVING_H
 

@@ -1,5 +1,6 @@
 /* Orientation closures: first order in the error, and right up to half a turn of it. If an axis should be normal to
  * another, the limit is a quarter turn, because no error is larger. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "moving.h"
 
 #include <float.h>

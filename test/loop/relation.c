@@ -1,4 +1,5 @@
 /* Relations of joint positions and rates: coupling, motion and rates, against closed forms of their functions. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "loop/loop.h"
 

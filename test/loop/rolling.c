@@ -1,4 +1,5 @@
 /* Rolling against closed forms: a wheel that goes straight, one that leans in a circle, one that lies flat. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "moving.h"
 
 #include <float.h>

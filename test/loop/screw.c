@@ -1,4 +1,5 @@
 /* The thread of a screw. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "moving.h"
 
 #include <float.h>

@@ -1,5 +1,6 @@
 /* Places where a direction is undefined: coincident points, opposite axes, a wheel that lies flat. Every number there
  * is finite, and where a gap is to be closed its rows lead out. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "moving.h"
 
 #include <float.h>

@@ -1,6 +1,7 @@
 /* Reactions against virtual work. The wrench of a row acts on the second end, and its opposite acts on the first at the
  * same point. For any small displacement of either end, they do the work d phi. The test takes differences of phi and
  * does not use its formula (equations.c tests it). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "moving.h"
 
 static const double STEP = 0.004;

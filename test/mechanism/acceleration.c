@@ -1,4 +1,5 @@
 /* Accelerations of random closed mechanisms against [M A'; A 0] (a, -lambda) = (tau - h, b'') solved densely. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/tangle.h"
 #include "../dynamics/oracle.h"
 

@@ -5,6 +5,7 @@
  *
  * A contact need not touch: its accelerations are those of the equation "the gap stays as it is".
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../dynamics/tree.h"
 
 #include "evaluate/evaluate.h"

@@ -2,6 +2,7 @@
 
 contact_cost.py VALGRIND CONTACT-COUNT
 """
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import sys
 

@@ -1,6 +1,7 @@
 /* `contact_count MECHANISM open|closed` evaluates accelerations once with the kernels of the baseline, for callgrind to
  * count the instructions (contact_cost.py). MECHANISM is a name in the table `subjects`. Its first contacts are closed,
  * and stick or slip; or the mechanism has no contacts. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/mechanism.h"
 #include "mechanisms.h"
 

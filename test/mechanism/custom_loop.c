@@ -1,5 +1,6 @@
 /* Loops from C against the library's own: a distance that changes with time, and a knife edge. Both are written once
  * more as callbacks that give everything, rows alone, or residuals alone. Some callbacks reject. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "fixture.h"
 
 #include "kinetree/kinetree.h"

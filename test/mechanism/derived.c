@@ -1,5 +1,6 @@
 /* Effects in derivatives, powers and at singular positions, against closed forms. Impossible computations are
  * reported. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 
 #include "kinetree/effect.h"

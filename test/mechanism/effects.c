@@ -1,4 +1,5 @@
 /* Effects as a scene has them: a caller's own, in batches, far from the world's origin, and those that go wrong. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "fixture.h"
 
 #include "kinetree/effect.h"

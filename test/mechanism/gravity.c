@@ -1,6 +1,7 @@
 /* Gravity forces as variables of formulas (gravity.JOINT), on random trees of every joint. They are compared with
  * differences of the potential energy and with inverse dynamics at rest. Their derivatives are compared with
  * differences of accelerations. Some arms are held still by these forces. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../dynamics/tree.h"
 #include "../scene/collect.h"
 

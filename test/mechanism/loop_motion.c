@@ -1,4 +1,5 @@
 /* Relative coordinates of loops against the poses of the bodies at their ends, and the arc length of a curve. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/tangle.h"
 
 #include "kinetree/dynamics.h"

@@ -1,6 +1,7 @@
 /* Multipliers of the loops' equations, the null space of these equations, and the forces of effects along the
  * coordinates.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "../constraint/tangle.h"
 

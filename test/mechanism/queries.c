@@ -1,5 +1,6 @@
 /* Queries of kinematics return the state of the last kt_kinematics_update. Later computations with the same data do not
  * change it. The test makes every public call that takes data before every query, at the same state and at another. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/tangle.h"
 
 #include "kinetree/effect.h"

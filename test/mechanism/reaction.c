@@ -1,5 +1,6 @@
 /* Reactions. Each body is in balance under its joints, its loops and the external forces. Loops push only along
  * forbidden directions. The torque of a prescribed motion and a closed form are checked as well. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "../constraint/tangle.h"
 

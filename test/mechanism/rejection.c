@@ -2,6 +2,7 @@
  * not finite or too large, freedoms without inertia, and states too far from closed. Rejected calls write nothing, and
  * their messages describe the fault.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 
 #include "kinetree/study.h"

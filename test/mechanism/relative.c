@@ -3,6 +3,7 @@
  * a loop of the joint's type, and b is on a. In `far`, b is free on the world, and a is free on b, with two loops. A
  * rod of constant length holds b. Accelerations, powers, energies and coordinates must agree.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/tangle.h"
 
 #include "kinetree/dynamics.h"

@@ -3,6 +3,7 @@
  * With all lengths and gravity times s, inertias times s^2 and masses as they are, every angle is the same function of
  * time.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* Through singular positions: the motion goes on as it came. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 
 #include "kinetree/study.h"

@@ -1,4 +1,5 @@
 /* Past singular positions at a small distance: the path bends, and no interpolation may cut the corner. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "../sanitized.h"
 

@@ -1,5 +1,6 @@
 /* Loops and effects that are switched on and off. The results equal those of models compiled without the parts that are
  * off, to the last bit. Plastic impacts are compared with their conditions and a closed form. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/tangle.h"
 
 #include "interpose.h"

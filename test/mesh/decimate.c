@@ -1,4 +1,5 @@
 /* Surfaces with fewer triangles: shared vertices, bounds of their number, and the remains of a ball. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "mesh/mesh.h"

@@ -1,5 +1,6 @@
 /* Files of triangles, and the volumes that surfaces enclose: closed forms of a box and a tetrahedron, in each of the
  * formats. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "growth.h"
 

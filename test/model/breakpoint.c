@@ -1,4 +1,5 @@
 /* The breakpoints of functions of time, compared with one-sided differences of the functions' values. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "model/function.h"

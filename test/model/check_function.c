@@ -1,4 +1,5 @@
 /* Every rule of a function of time, each broken once. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 
 #include "check.h"

@@ -1,4 +1,5 @@
 /* Copies of models in the caller's memory: as good as the original, complete, and within their bytes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../scene/collect.h"
 
 #include "kinetree/mechanism.h"

@@ -1,4 +1,5 @@
 /* The structs to start from, and names of types. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <limits.h>
 
 #include "check.h"

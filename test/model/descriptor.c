@@ -1,4 +1,5 @@
 /* Descriptors: every type has one, and its contents agree with the other definitions. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/descriptor.h"
 
 #include <stddef.h>

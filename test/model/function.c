@@ -1,4 +1,5 @@
 /* Functions of time against closed forms, GSL's natural spline, and difference quotients. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/function.h"
 
 #include <float.h>

@@ -1,4 +1,5 @@
 /* Memory of models and workspaces: its size, its alignment, its ends. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/tree.h"
 
 #include "model/model.h"

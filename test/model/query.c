@@ -1,4 +1,5 @@
 /* Queries of a model. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/tree.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* Variables of formulas: every one has a name, the name of its column, and is found by it. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "describe.h"
 

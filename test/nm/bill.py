@@ -2,6 +2,7 @@
 
 bill.py READELF BILL VERSION COMMAND LIBRARY...
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import pathlib
 import re

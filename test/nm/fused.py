@@ -4,6 +4,7 @@ number, where these are stored side by side.
 
 fused.py OBJDUMP LIBRARY...
 """
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import re
 import sys

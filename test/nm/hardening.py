@@ -2,6 +2,7 @@
 
 hardening.py READELF STACK FORTIFY COMMAND LIBRARY...    STACK, FORTIFY: whether the compiler has them (true, false)
 """
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import re
 import sys

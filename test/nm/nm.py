@@ -2,6 +2,7 @@
 
 nm.py INCLUDE-DIRECTORY CORE.a CORE.so STUDY.a STUDY.so [SCENE.a SCENE.so PICTURE.a]
 """
+# SPDX-License-Identifier: Apache-2.0
 import collections
 import fnmatch
 import pathlib

@@ -1,6 +1,7 @@
 /* Messages of a kinetree without assimp about meshes that assimp would read. This program has its own foreign.c,
  * compiled without assimp. And readers that end, that do not end, and that take all memory, in processes of their
  * own. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "document/apart.h"

@@ -1,4 +1,5 @@
 /* Hidden surfaces: the order of painting, and the cuts of solids for it, against rays. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "rays.h"
 

@@ -1,5 +1,6 @@
 /* The list of things to show of a mechanism. For small scenes it is compared with the correct list. For every bundled
  * scene, nothing must be missing. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "rays.h"
 #include "shown.h"

@@ -1,4 +1,5 @@
 /* Meshes, boxes of inertia and rods in pictures. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../folder.h"
 #include "check.h"
 #include "shown.h"

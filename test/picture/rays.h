@@ -1,4 +1,5 @@
 /* Painted solids against rays. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_PICTURE_RAYS_H
 #define KT_TEST_PICTURE_RAYS_H
 

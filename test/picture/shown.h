@@ -1,4 +1,5 @@
 /* Pictures of scenes at their start, for the running test (see fixture.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_PICTURE_SHOWN_H
 #define KT_TEST_PICTURE_SHOWN_H
 

@@ -1,4 +1,5 @@
 /* Strokes of curves and surfaces: both their ends lie on the curve or surface. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "picture/picture.h"

@@ -1,4 +1,5 @@
 /* Surfaces of solids: closed, of the right volume, with normals that point out; and where rays meet them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "picture/picture_mesh.h"

@@ -1,4 +1,5 @@
 /* Spans are tangents: both ends lie on the pulleys, and the radii there are normal to the span. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "picture/picture.h"
 

@@ -2,6 +2,7 @@
  * kernels of the baseline, the tasks work in the assembled initial state. They evaluate accelerations (acceleration),
  * with powers (power), or run the scene (run). With the kernels of x86-64-v3, the task evaluates accelerations, and
  * mass, stiffness and damping matrices (stiffness). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/scene.h"
 #include "kinetree/study.h"
 

@@ -1,4 +1,5 @@
 """What a program executes inside a function, counted by callgrind."""
+# SPDX-License-Identifier: Apache-2.0
 import collections
 import os
 import pathlib

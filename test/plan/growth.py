@@ -2,6 +2,7 @@
 
 growth.py VALGRIND GROWTH-COUNT
 """
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import sys
 

@@ -2,6 +2,7 @@
  * rest with time steps. growth.py counts the instructions.
  *
  * growth-count BOXES */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../describe.h"
 
 #include "kinetree/simulation.h"

@@ -3,6 +3,7 @@ Jacobian from steps before, and over the step as a function of its start.
 
 implicit.py VALGRIND IMPLICIT-COUNT SCENES
 """
+# SPDX-License-Identifier: Apache-2.0
 import concurrent.futures
 import pathlib
 import sys

@@ -1,6 +1,7 @@
 /* `implicit-count TASK METHOD SCENE` makes one call after twenty steps of a simulation, for callgrind to count its
  * instructions. The tasks are `simulate`, a further step; `step`, kt_step_evaluate from the same state; `derivatives`
  * and `adjoint`. The kernels are those of the baseline. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subject.h"
 
 #include "kinetree/sensitivity.h"

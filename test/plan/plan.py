@@ -2,6 +2,7 @@
 
 plan.py VALGRIND PLAN-COUNT
 """
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import re
 import sys

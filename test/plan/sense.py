@@ -2,6 +2,7 @@
 
 sense.py VALGRIND SENSE-COUNT SCENES
 """
+# SPDX-License-Identifier: Apache-2.0
 import concurrent.futures
 import pathlib
 import sys

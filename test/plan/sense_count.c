@@ -2,6 +2,7 @@
  * task follows each step but the last. It is nothing, or `points`: sensors with accelerations. `wrenches` adds
  * reactions. The task `anew` does the same as `wrenches` with kt_reaction_evaluate, with data of its own. The kernels
  * are those of the baseline. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subject.h"
 
 #include <stdlib.h>

@@ -1,5 +1,6 @@
 /* The subject of a program whose instructions are counted: a scene's model with the kernels of the baseline, data, and
  * a simulation with fixed steps. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_PLAN_SUBJECT_H
 #define KT_PLAN_SUBJECT_H
 

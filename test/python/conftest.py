@@ -1,4 +1,5 @@
 """What all tests of the package share: scenes, and a line for each test as test/count.py counts them."""
+# SPDX-License-Identifier: Apache-2.0
 import os
 import pathlib
 

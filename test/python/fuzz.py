@@ -3,6 +3,7 @@
 An exception is right, and the end of the interpreter is a fault. Half of the arguments are wrong in type or shape. The others have the
 right shape and odd numbers (not finite, huge, tiny), which reach the computations.
 """
+# SPDX-License-Identifier: Apache-2.0
 import copy
 import pickle
 import random

@@ -2,6 +2,7 @@
 
 With `broken` it reads memory after its owner is gone, by the C interface without checks: both must see this.
 """
+# SPDX-License-Identifier: Apache-2.0
 import copy
 import gc
 import sys

@@ -1,4 +1,5 @@
 """Runs pytest and mypy on the package of a build directory: run.py PACKAGE-FOLDER COMMAND TESTS."""
+# SPDX-License-Identifier: Apache-2.0
 import importlib.util
 import os
 import subprocess

@@ -1,4 +1,5 @@
 """Each argument of each public call: an error about an object of a wrong type names the argument."""
+# SPDX-License-Identifier: Apache-2.0
 import inspect
 
 import numpy as np

@@ -1,4 +1,5 @@
 """Arrays: views of batches, results that the caller passes in, other packages, and copies of data."""
+# SPDX-License-Identifier: Apache-2.0
 import copy
 import inspect
 import pickle

@@ -1,4 +1,5 @@
 """Control loops: torques by a view, laws of Python and of C, events that act, and checkpoints within a loop."""
+# SPDX-License-Identifier: Apache-2.0
 import copy
 import ctypes
 import gc

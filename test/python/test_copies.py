@@ -1,4 +1,5 @@
 """Copies: pickles, deep copies and checkpoints of simulations continue with equal bits, and damaged checkpoints are rejected."""
+# SPDX-License-Identifier: Apache-2.0
 import copy
 import pickle
 import random

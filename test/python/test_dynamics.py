@@ -1,4 +1,5 @@
 """Dynamics from Python against closed forms, differences and each other."""
+# SPDX-License-Identifier: Apache-2.0
 import copy
 import pickle
 import re

@@ -1,4 +1,5 @@
 """Many simulations at once: the bits of single runs, failures, and guards."""
+# SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
 

@@ -1,4 +1,5 @@
 """The example scripts of the package run without a warning, keep their claims, and hold under mypy --strict."""
+# SPDX-License-Identifier: Apache-2.0
 import importlib.util
 import os
 import pathlib

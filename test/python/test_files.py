@@ -1,4 +1,5 @@
 """A scene keeps the content of its files, and errors of files are those of Python."""
+# SPDX-License-Identifier: Apache-2.0
 import copy
 import errno
 import multiprocessing

@@ -1,4 +1,5 @@
 """Forces on points by functions of Python and of C, and effects that several models share."""
+# SPDX-License-Identifier: Apache-2.0
 import ctypes
 import gc
 import pathlib

@@ -1,4 +1,5 @@
 """Help, types and messages: what a reader of the package sees."""
+# SPDX-License-Identifier: Apache-2.0
 import inspect
 import re
 

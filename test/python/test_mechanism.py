@@ -1,4 +1,5 @@
 """Loops, contacts, inverse kinematics and identification at a state, against other formulations."""
+# SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
 

@@ -1,4 +1,5 @@
 """What a user of Python expects: mappings, names in messages, bundled scenes, summaries, arrays."""
+# SPDX-License-Identifier: Apache-2.0
 import html
 import subprocess
 import sys

@@ -1,4 +1,5 @@
 """Arguments that a program has naturally are taken: arrays, mappings, truth values, paths. Others are rejected with a remedy."""
+# SPDX-License-Identifier: Apache-2.0
 import copy
 import pickle
 

@@ -1,4 +1,5 @@
 """Use after free is impossible: valgrind and AddressSanitizer watch parts of objects that are gone."""
+# SPDX-License-Identifier: Apache-2.0
 import os
 import pathlib
 import shutil

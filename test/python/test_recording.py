@@ -1,4 +1,5 @@
 """A simulation that Python drives records into a Run, with the columns of the command."""
+# SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
 

@@ -1,4 +1,5 @@
 """Stubs and the reference page are what the descriptors and the docstrings make; types reject what does not exist."""
+# SPDX-License-Identifier: Apache-2.0
 import importlib.util
 import os
 import pathlib

@@ -1,4 +1,5 @@
 """Runs, sweeps, simulations and callbacks."""
+# SPDX-License-Identifier: Apache-2.0
 import os
 import subprocess
 import time

@@ -1,4 +1,5 @@
 """Nothing that Python passes crashes the interpreter, and arrays outlive what they belong to."""
+# SPDX-License-Identifier: Apache-2.0
 import gc
 import os
 import pathlib

@@ -1,4 +1,5 @@
 """What a simulation of this package does as the command does it: the integrator of the scene, its present state, and no silence."""
+# SPDX-License-Identifier: Apache-2.0
 import ctypes
 import pickle
 

@@ -1,4 +1,5 @@
 """A simulation that Python drives warns as the command does: of its start, its step and its energy."""
+# SPDX-License-Identifier: Apache-2.0
 import pickle
 import re
 import warnings

@@ -1,4 +1,5 @@
 """Wheels and ropes: derivatives against differences, batches against single states, the plane against space, and generated C."""
+# SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
 

@@ -3,6 +3,7 @@
 All temporary files are beside the build directory, and the package is compiled as that directory is. Paths from there to the sources are
 then the same, and ccache has the objects, which take nine tenths of the time.
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import os
 import pathlib

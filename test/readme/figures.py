@@ -5,6 +5,7 @@ figures.py COMMAND SOURCE-ROOT
 Each is read from its page and compared with what the command says today, to the digits that the page gives. A page whose
 words have changed so that a figure is not found fails, too.
 """
+# SPDX-License-Identifier: Apache-2.0
 import concurrent.futures
 import json
 import pathlib

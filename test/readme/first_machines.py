@@ -3,6 +3,7 @@
 Bounds: the tolerance of the runs over their time; where an oscillation dies away, what is left of it; where a record has to meet an extreme, what
 lies between two records.
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import json
 import math

@@ -3,6 +3,7 @@
 The table below has the command of each picture. Equal inputs give equal bits, so a picture has equal bytes on every machine. With --write,
 the pictures are written instead. Pictures of times differ between machines and belong to `bench/run accuracy`.
 """
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import math
 import pathlib

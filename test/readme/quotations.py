@@ -2,6 +2,7 @@
 
     quotations.py SOURCE-ROOT
 """
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import re
 import sys

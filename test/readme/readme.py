@@ -16,6 +16,7 @@ Of a page, in a folder of its own in which `apps` is that of the sources:
 Of a header, the blocks of C in its comments are compiled together: what begins with "static" as it stands, all else as
 the body of a function that is given what FRAGMENT names.
 """
+# SPDX-License-Identifier: Apache-2.0
 import functools
 import os
 import pathlib

@@ -2,6 +2,7 @@
 
 cost.py VALGRIND COST-COUNT
 """
+# SPDX-License-Identifier: Apache-2.0
 import os
 import pathlib
 import re

@@ -1,5 +1,6 @@
 /* `cost_count TASK N [spatial]` runs one task once, on a mechanism of N parts. cost.py counts its instructions. TASK is
  * a name in the table `scenes`. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../describe.h"
 
 #include "kinetree/analysis.h"

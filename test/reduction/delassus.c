@@ -1,5 +1,6 @@
 /* Groups of few equations on many links. Their accelerations follow from the Delassus matrix (reduction/delassus.h).
  * Ropes are compared with equations in absolute angles, and random mechanisms with dense matrices. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "../constraint/tangle.h"
 

@@ -1,4 +1,5 @@
 /* The ways to factor a group's equations: their common properties, their limits, and the inputs that they reject. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "matrix.h"
 
 #include <float.h>

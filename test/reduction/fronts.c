@@ -1,4 +1,5 @@
 /* Groups reduced by fronts against the same groups reduced by dense matrices, on random mechanisms. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "../constraint/tangle.h"
 #include "../sanitized.h"

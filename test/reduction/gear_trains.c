@@ -8,6 +8,7 @@
  * train if they have another. The units of g are those of the fastest wheel, so that powers are comparable.
  *
  * Groups whose units differ by less than 4096 are not scaled (compile/balance.c): bounds are that many roundings. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 
 #include "kinetree/simulation.h"

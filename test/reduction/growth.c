@@ -1,6 +1,7 @@
 /* Mechanisms in which successive substitutions could multiply rounding errors. In rows of windows, each crank turns
  * three times as fast as the one before. Ropes have heavy links on light ones. The reference is the elimination of [M
  * A'; A 0] in long double. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 
 #include "kinetree/simulation.h"

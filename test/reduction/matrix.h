@@ -1,4 +1,5 @@
 /* A group that exists in its matrices alone, for the ways to factor it. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_REDUCTION_MATRIX_H
 #define KT_TEST_REDUCTION_MATRIX_H
 

@@ -1,6 +1,7 @@
 /* Rounding errors are taken neither for an equation nor for a speed. The test has the thresholds of rank, closure and
  * singular positions, at literal values on either side.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 
 #include "assembly/open_loops.h"

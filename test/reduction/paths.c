@@ -1,4 +1,5 @@
 /* The paths of links from a loop's ends to their common ancestor, as a compiled model stores them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "../constraint/tangle.h"
 

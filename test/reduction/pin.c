@@ -2,6 +2,7 @@
  * spatial kernels, which factor and solve. The states are on the manifold and off it. The groups are on the ground and
  * on a moving link. The number of links on the first end's path takes every value. There are turns about n and -n,
  * slides, and bars that hang on the group. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 
 #include "../constraint/tangle.h"

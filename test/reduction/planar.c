@@ -1,5 +1,6 @@
 /* Mechanisms in a plane against the same mechanisms by the spatial kernels: every query of their loops has the same
  * answer but for rounding. (acceleration.c and equations.c hold both against other formulations.) */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/tangle.h"
 
 #include "model/model.h"

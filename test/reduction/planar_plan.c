@@ -1,4 +1,5 @@
 /* Which mechanisms are computed in their plane, and which inputs are rejected there. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 
 #include <math.h>

@@ -4,6 +4,7 @@
  * factors, and to another 1 / R_rr for solutions (kappa). The bounds are multiples of eps times these. The multiples
  * were measured.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "matrix.h"
 
 #include "linear/lapack.h"

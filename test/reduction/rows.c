@@ -1,5 +1,6 @@
 /* Rows of many loops that fronts reduce: windows, irregular rows and rows that fork, against dense matrices and closed
  * forms. The memory is proportional to the number of loops. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "../sanitized.h"
 

@@ -4,6 +4,7 @@
  * From 40 coordinates of a group on, LAPACK factors. Its bits are those of its kernels for this processor. They are
  * equal on every level of this library, but are not promised to be equal between processors.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "../constraint/tangle.h"
 #include "interpose.h"

@@ -3,6 +3,7 @@
  *
  * Each bound is three times the error measured when the test was written, unless a comment derives it.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* Every bundled scene: that it is there, described, and runs in a blink. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../scene/collect.h"
 #include "scene.h"
 

@@ -1,4 +1,5 @@
 /* Closed mechanisms: scenes compiled with each way of reducing their loops, and checks that apply to all of them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_REFERENCE_CLOSED_H
 #define KT_TEST_REFERENCE_CLOSED_H
 

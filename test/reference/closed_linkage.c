@@ -3,6 +3,7 @@
  * Geometry holds to rounding, as positions are projected in every record: 1e-12 of a metre or a radian at most. Each
  * bound of an energy is three times the error measured when the test was written.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "closed.h"
 
 #include <math.h>

@@ -9,6 +9,7 @@
  *     slider-crank                 1e-8
  * Each bound is three times the error measured when the test was written, if this is less.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "closed.h"
 
 #include <math.h>

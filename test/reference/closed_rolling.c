@@ -3,6 +3,7 @@
  *
  * A bound that is not derived is three times the error measured when the test was written.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "closed.h"
 
 #include <math.h>

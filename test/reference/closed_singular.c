@@ -4,6 +4,7 @@
  * The energy gives c: N + 1 cranks have the inertia 1/3, and N couplers are in translation. The reference is a Taylor
  * series (upright.h).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "closed.h"
 #include "upright.h"
 

@@ -12,6 +12,7 @@
  * the start itself. The two others are the roots of beta u^2 + B u + C with
  *     B = beta u0 - alpha - a^2,   C = 2 a b - beta + B u0.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene.h"
 
 #include <math.h>

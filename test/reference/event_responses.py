@@ -7,6 +7,7 @@ Closed form: a point on a massless rod of 1 m that falls from the horizontal by 
 the angular acceleration -g cos(phi). Random mechanisms: of a column that varies the value halfway between two records is watched.
 Columns are written by the records of the simulation, events evaluate the equations in the state by themselves.
 """
+# SPDX-License-Identifier: Apache-2.0
 import argparse
 import csv
 import json

@@ -12,6 +12,7 @@
  * groups of 40 coordinates or more, the absolute formulation of more than six bodies, and the reduction svd.
  *
  * test/reference/golden --update writes the list anew (KT_GOLDEN_UPDATE). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../formulation.h"
 #include "../scene/collect.h"
 #include "scene.h"

@@ -3,6 +3,7 @@
  * differ. The functions of long double have a mantissa of 64 bits on x86-64 and are the same everywhere. After
  * rounding, their error is within 0.5005 ulp. To find a missing function that rounds, run test/reference/golden with
  * GLIBC_TUNABLES=glibc.cpu.hwcaps=-FMA,-AVX2. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 
 double atan2(double y, double x) { return (double)atan2l(y, x); }

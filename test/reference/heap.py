@@ -1,5 +1,6 @@
 """Time stepping over contacts: spheres in a bin come to rest in equilibrium, and a planar heap follows an independent
 implementation of Moreau's rule in numpy, with projected Gauss-Seidel in place of the cone solver."""
+# SPDX-License-Identifier: Apache-2.0
 import csv
 import io
 import json

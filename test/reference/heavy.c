@@ -3,6 +3,7 @@
  * For s = 2^k, products and sums keep all their bits but the exponent. So do all quantities that decide: pivots, ranks,
  * thresholds, step sizes. If code compares a mass or a force with a fixed number, the bits differ.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/analysis.h"
 #include "kinetree/descriptor.h"
 

@@ -1,4 +1,5 @@
 /* Implicit methods on bundled scenes: their cost, and their order with loops, with quaternions and with rolling. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../scene/collect.h"
 #include "scene.h"
 

@@ -1,5 +1,6 @@
 /* Newton's method finds a singular position on the extended system (near_singular.c). The unknowns are the positions,
  * the loops' points and the left vector of the lost direction. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "near_mechanisms.h"
 #include "describe.h"
 

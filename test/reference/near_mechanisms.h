@@ -1,4 +1,5 @@
 /* Random mechanisms at singular positions and next to them, for tests against the oracle in quadruple precision. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_REFERENCE_NEAR_MECHANISMS_H
 #define KT_TEST_REFERENCE_NEAR_MECHANISMS_H
 

@@ -14,6 +14,7 @@
  * with s the smallest singular value. `spread` is the larger of this estimate and the difference. No computation from
  * the doubles alone can distinguish the two states. The nearer result counts.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "near_mechanisms.h"
 
 #include "kinetree/mechanism.h"

@@ -1,5 +1,6 @@
 /* Derivatives next to singular positions, of accelerations, steps, linearisations and stiffness, against differences of
  * an oracle in quadruple precision (near_singular.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "near_mechanisms.h"
 
 #include "kinetree/analysis.h"

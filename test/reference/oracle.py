@@ -13,6 +13,7 @@ What is compared, each against a bound relative to the mechanism's own scale:
 Mechanisms too near to a singular position are recognised by the oracle's own singular values; they are counted, and the share
 that is compared must be 0.8 of all.
 """
+# SPDX-License-Identifier: Apache-2.0
 import argparse
 import csv
 import json

@@ -5,6 +5,7 @@
  * Unless a comment has another reason, bounds are three times the measured errors. Compilers and libraries of functions
  * differ in the last bits, and a mistake in a coefficient makes orders of magnitude.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene.h"
 
 #include <math.h>

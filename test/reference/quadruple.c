@@ -1,5 +1,6 @@
 /* The oracle of quadruple.h: kinematics by joints, the rows of joints and loops. Each body holds the results of
  * its joint: pose, velocity, and the acceleration without joint accelerations. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "quadruple.h"
 
 #include <quadmath.h>

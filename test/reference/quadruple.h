@@ -8,6 +8,7 @@
  * solved by Gauss' elimination with 113 bits. A state of joint coordinates is closed by Newton's method with least
  * steps, to 1e-32.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_REFERENCE_QUADRUPLE_H
 #define KT_TEST_REFERENCE_QUADRUPLE_H
 

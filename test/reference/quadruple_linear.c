@@ -1,4 +1,5 @@
 /* Linear algebra of quadruple.h: elimination, least norms by reflections, singular values by Jacobi's method. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "quadruple.h"
 
 #include <quadmath.h>

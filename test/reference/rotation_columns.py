@@ -7,6 +7,7 @@ singular value is that of the printed Jacobian, by numpy.
 With the quaternion p(t) of a body, w = 2 p' p* has world axes and p* w p body axes. p' is a central difference of order six of the
 records, and w' likewise of the recorded w. The body components of w' are also the derivatives of the body components of w.
 """
+# SPDX-License-Identifier: Apache-2.0
 import argparse
 import csv
 import json

@@ -1,4 +1,5 @@
 /* A bundled scene, read from its file and run with its own or other settings, and compared with reference results. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_REFERENCE_SCENE_H
 #define KT_TEST_REFERENCE_SCENE_H
 

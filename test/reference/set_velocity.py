@@ -7,6 +7,7 @@ An event at t = 0.002 sets one to three velocities. The rows before and behind i
 which `evaluate` prints of the scene as it is written at that instant, w is v + d: of all d with A d = 0 that give what can be given,
 in the order of the file, the shortest. What loops decide stays, and the summary has a warning of it. The balance closes.
 """
+# SPDX-License-Identifier: Apache-2.0
 import argparse
 import csv
 import json

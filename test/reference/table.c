@@ -1,4 +1,5 @@
 /* Tables of published or independently computed results, as the files of data/ have them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene.h"
 
 #include <math.h>

@@ -3,6 +3,7 @@
  * Orientations are compared by the angle of the rotation between them. Each bound is three times the error measured
  * when the test was written.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene.h"
 
 #include <float.h>

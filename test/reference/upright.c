@@ -1,5 +1,6 @@
 /* With a, s, k the series of theta, sin, cos: n s_n = sum j a_j k_n-j, n k_n = -sum j a_j s_n-j,
  * (n + 1) (n + 2) a_n+2 = c s_n. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "upright.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* The motion theta'' = c sin(theta), theta counted from upright: a pendulum, and linkages whose bars turn as one. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_REFERENCE_UPRIGHT_H
 #define KT_TEST_REFERENCE_UPRIGHT_H
 

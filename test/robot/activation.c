@@ -1,5 +1,6 @@
 /* Actuators of MJCF with activations, and tendons with armatures: against closed forms, and against today's MuJoCo
  * (mujoco_wasm.mjs), if KT_MUJOCO_WASM names the folder of npm's @mujoco/mujoco. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define ROBOT "m.xml"
 #include "../folder.h"
 #include "node.h"

@@ -1,5 +1,6 @@
 /* Forces by formulas as actuators of MJCF: models with activations and spatial tendons are written and read back. At
  * random states the forces and the rates of activations are the same. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "write_back.h"
 
 #define ROBOT "m.xml"

@@ -1,4 +1,5 @@
 /* The output of mujoco_wasm.mjs for a model: its bodies, joints and equalities, and random states one by one. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_ROBOT_ANSWER_H
 #define KT_TEST_ROBOT_ANSWER_H
 

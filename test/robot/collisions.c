@@ -1,4 +1,5 @@
 /* Collisions of URDF and SDF that touch planes: which do, with which friction, and that robots rest on them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../folder.h"
 #include "check.h"
 #include "run_file.h"

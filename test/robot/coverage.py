@@ -3,6 +3,7 @@
     coverage.py SOURCE-ROOT            checks that include/pages/robot-coverage.md is that page
     coverage.py SOURCE-ROOT --write    writes it
 """
+# SPDX-License-Identifier: Apache-2.0
 import pathlib
 import re
 import sys

@@ -1,4 +1,5 @@
 /* Random models in MJCF, of the elements that decide forces and accelerations. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_IMPORT_DRAW_H
 #define KT_TEST_IMPORT_DRAW_H
 

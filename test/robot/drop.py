@@ -10,6 +10,7 @@ name has a part, and `--shift` moves their targets. The integrator of the comman
 height at which it rests. Contacts have elliptic cones and an impratio of 10, and MuJoCo's integrator is `implicitfast`. KT_MUJOCO_WASM names the
 folder of npm's @mujoco/mujoco; without it, the robot is dropped here alone.
 """
+# SPDX-License-Identifier: Apache-2.0
 import argparse
 import csv
 import io

@@ -2,6 +2,7 @@
 
 dropped.py KINETREE PAGE
 """
+# SPDX-License-Identifier: Apache-2.0
 import os
 import pathlib
 import re

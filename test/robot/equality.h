@@ -1,4 +1,5 @@
 /* Residuals of MuJoCo's equalities between two bodies, and those of the loops that are made of them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_IMPORT_EQUALITY_H
 #define KT_TEST_IMPORT_EQUALITY_H
 

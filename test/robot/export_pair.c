@@ -5,6 +5,7 @@
  *
  * A free joint counts from the world in theirs: P is our joint frame, turned as URDF turns a mechanism whose gravity is
  * not along -z. Then p = P q for positions, and B has the rotation of P. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "export_pair.h"
 
 #include "check.h"

@@ -1,4 +1,5 @@
 /* Mechanisms beside their exports, as today's MuJoCo reads them: coordinates of the one by those of the other. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_ROBOT_EXPORT_PAIR_H
 #define KT_TEST_ROBOT_EXPORT_PAIR_H
 

@@ -3,6 +3,7 @@
  *
  * KT_ROBOT_FILES names robots, separated by blanks, which are imported and exported. Without it those of the tests'
  * data are taken. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../folder.h"
 #include "../scene/collect.h"
 #include "export_pair.h"

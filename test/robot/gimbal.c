@@ -1,5 +1,6 @@
 /* Robots whose root turns on three hinges: they pass next to gimbal lock as a free body does, and in gimbal lock the
  * message names the remedy. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../folder.h"
 #include "check.h"
 #include "run_file.h"

@@ -1,4 +1,5 @@
 /* Boxes as ground, and limits of joints that act with contacts. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../folder.h"
 #include "check.h"
 #include "run_file.h"

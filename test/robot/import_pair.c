@@ -1,4 +1,5 @@
 /* Lengths of tendons are coordinates here alone and follow from the joints: with v' of theirs, `v = T v'`. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "import_pair.h"
 
 #include "check.h"

@@ -1,4 +1,5 @@
 /* Models of files as today's MuJoCo reads them, beside ours: joints and bodies of the one by names of the other. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_ROBOT_IMPORT_PAIR_H
 #define KT_TEST_ROBOT_IMPORT_PAIR_H
 

@@ -5,6 +5,7 @@ itself. MJCF looks for a name next to the robot, then next to the file that has 
 then in folders of --search. It looks for package://NAME in folders of --search alone, for other://NAME nowhere, and for a model of a server where Gazebo keeps it, then there. What is
 nowhere is left out, and a world of which nothing is left is an error. A light is not missed.
 """
+# SPDX-License-Identifier: Apache-2.0
 import os
 import pathlib
 import random

@@ -1,5 +1,6 @@
 /* The looks of robots: which solids and meshes of a file become shapes and meshes of a scene, and where files of meshes
  * are found. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define ROBOT "m"
 #include "../folder.h"
 #include "robot.h"

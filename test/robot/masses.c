@@ -1,5 +1,6 @@
 /* Masses that options give to robots: in every format they act, or are rejected by name. Closed forms: a box of edges
  * a, b, c has `m (b^2 + c^2) / 12` about its x, a ball `2/5 m r^2`. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define ROBOT "m"
 #include "robot.h"
 

@@ -1,4 +1,5 @@
 /* Bodies of models that another program reads, too, are found by their names. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_IMPORT_MATCH_H
 #define KT_TEST_IMPORT_MATCH_H
 

@@ -1,4 +1,5 @@
 /* A mechanism from a file in one call: a scene with an event, a robot, and files that are wrong. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 
 #include "kinetree/import.h"

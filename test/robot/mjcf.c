@@ -1,5 +1,6 @@
 /* Models in MJCF: the result of each element, copies, warnings, and faults at their places. Numbers of
  * trees, forces and equalities are compared with MuJoCo in mjcf_mujoco.c. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define ROBOT "m.xml"
 #include "mjcf_text.h"
 #include "robot.h"

@@ -1,4 +1,5 @@
 /* Files of models in MJCF: included files, and models that are attached, from the folder of the model alone. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define ROBOT "m.xml"
 #include "../folder.h"
 #include "mjcf_text.h"

@@ -4,6 +4,7 @@
  *
  * Positions are the same numbers in both: joints differ in their order alone. KT_MJCF_FILES names more files, separated
  * by blanks. Those that both can read are compared. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "equality.h"
 #include "match.h"
 #include "mujoco_pair.h"

@@ -1,4 +1,5 @@
 /* Models of MJCF as texts. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_ROBOT_MJCF_TEXT_H
 #define KT_TEST_ROBOT_MJCF_TEXT_H
 

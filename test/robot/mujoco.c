@@ -1,5 +1,6 @@
 /* A robot in URDF, read here and by MuJoCo, which has a reader of its own. Mass matrix, bias force and places of links
  * are the same. MuJoCo 2.2 leaves `mimic` out and names bodies as links; joints are found by their bodies. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "match.h"
 #include "mujoco_pair.h"
 

@@ -1,4 +1,5 @@
 /* A robot in a file, read here and by MuJoCo itself. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_ROBOT_MUJOCO_PAIR_H
 #define KT_TEST_ROBOT_MUJOCO_PAIR_H
 

@@ -7,6 +7,7 @@
  * KT_ROBOT_FILES names more files, separated by blanks. They may include files of the folder KT_ROBOT_ROOT. With
  * KT_ROBOT_KEYFRAME=k, the controls of their only keyframe act, if its name is `k`. A file that either reader rejects
  * is reported. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../folder.h"
 #include "import_pair.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 // What MuJoCo, as WebAssembly (npm's @mujoco/mujoco), computes of models, without contacts and constraints.
 //
 //     node mujoco_wasm.mjs PACKAGE STATES FILE...

@@ -1,5 +1,6 @@
 /* Muscles of MJCF, read here and by MuJoCo itself, in random models and states: forces, and rates of activations. The
  * ranges of lengths that are found are those that a search with MuJoCo's kinematics finds. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "mujoco_pair.h"
 
 #include <math.h>

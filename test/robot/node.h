@@ -1,4 +1,5 @@
 /* Questions to today's MuJoCo: mujoco_wasm.mjs, which node runs once for all files. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_ROBOT_NODE_H
 #define KT_TEST_ROBOT_NODE_H
 

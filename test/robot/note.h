@@ -1,4 +1,5 @@
 /* Notes of the readers of robots. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_ROBOT_NOTE_H
 #define KT_TEST_ROBOT_NOTE_H
 

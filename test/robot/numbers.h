@@ -1,4 +1,5 @@
 /* One block of memory for the vectors and matrices of a test. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_ROBOT_NUMBERS_H
 #define KT_TEST_ROBOT_NUMBERS_H
 

@@ -1,4 +1,5 @@
 /* Shared helpers for the tests of the readers of robots. ROBOT is the file's name in messages. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_IMPORT_ROBOT_H
 #define KT_TEST_IMPORT_ROBOT_H
 

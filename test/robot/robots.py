@@ -6,6 +6,7 @@
 Files that are no robots (other XML) are passed over, and in folders those called scene*, which stand another file's robot on a floor, and
 those below `assets`, which are parts. A file that is rejected has the reason in place of numbers; the last line sums up.
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import pathlib
 import re

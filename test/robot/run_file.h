@@ -1,4 +1,5 @@
 /* Mechanisms of files, run for the running test (see fixture.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_ROBOT_RUN_FILE_H
 #define KT_TEST_ROBOT_RUN_FILE_H
 

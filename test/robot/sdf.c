@@ -1,5 +1,6 @@
 /* Models in SDF: the result of each element, warnings, and faults at their places. The script
  * sdf_oracle.py compares places, inertias and axes with another reader. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define ROBOT "m.sdf"
 #include "robot.h"
 #include "sdf_text.h"

@@ -1,4 +1,5 @@
 /* Files that models in SDF include: from the folder of the model alone, with a warning for those that are not found. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define ROBOT "m.sdf"
 #include "../folder.h"
 #include "robot.h"

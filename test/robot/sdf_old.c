@@ -1,4 +1,5 @@
 /* Models in SDF of versions before 1.4, which are read as the newest writes them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define ROBOT "m.sdf"
 #include "robot.h"
 #include "sdf_text.h"

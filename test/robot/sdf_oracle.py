@@ -6,6 +6,7 @@
 Of each: masses, the number of degrees of freedom, the place of every link and the accelerations from rest, at the start and, of trees,
 at random positions of the joints.
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import math
 import os

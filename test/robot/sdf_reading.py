@@ -3,6 +3,7 @@
 Shares nothing with the library: a frame's pose is found by a walk with a memory, mechanisms are computed in absolute coordinates
 (six for a link), constraints are what a joint's motions leave over, eliminated by Gauss with full pivoting. Plain Python.
 """
+# SPDX-License-Identifier: Apache-2.0
 import math
 import pathlib
 import xml.etree.ElementTree as ET

@@ -1,4 +1,5 @@
 /* Models of SDF as texts. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_ROBOT_SDF_TEXT_H
 #define KT_TEST_ROBOT_SDF_TEXT_H
 

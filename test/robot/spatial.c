@@ -1,4 +1,5 @@
 /* Spatial tendons of MJCF: stops, and what of them is left out. test/robot/mujoco_wasm compares their forces. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define ROBOT "m.xml"
 #include "../folder.h"
 #include "robot.h"

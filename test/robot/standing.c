@@ -1,6 +1,7 @@
 /* Robots on the ground of their file: four legs with servos, open or closed, dropped from a small height. The contacts
  * of open legs have random stiffness, damping, friction and cone. After 3 s the robots rest at the places that today's
  * MuJoCo computes (mujoco_wasm.mjs). KT_MUJOCO_WASM names the folder of npm's @mujoco/mujoco. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../folder.h"
 #include "check.h"
 #include "node.h"

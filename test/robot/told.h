@@ -1,4 +1,5 @@
 /* What an export reports, as lines of text. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_ROBOT_TOLD_H
 #define KT_TEST_ROBOT_TOLD_H
 

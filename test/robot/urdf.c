@@ -1,4 +1,5 @@
 /* Robots in URDF: the result of each element, omissions and their warnings, and faults at their places. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define ROBOT "r.urdf"
 #include "robot.h"
 

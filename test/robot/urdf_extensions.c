@@ -1,4 +1,5 @@
 /* Extensions of URDF by Gazebo: numbers and words as the attribute `value` or as text. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define ROBOT "r.urdf"
 #include "robot.h"
 

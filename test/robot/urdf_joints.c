@@ -1,4 +1,5 @@
 /* Planar and floating joints of URDF: places, mass matrix and weight against closed forms in the axes of the file. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define ROBOT "r.urdf"
 #include "robot.h"
 

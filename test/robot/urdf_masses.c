@@ -1,4 +1,5 @@
 /* Masses and inertias of URDF: those that no body has, judged by rigid parts, and those that the file lacks. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define ROBOT "r.urdf"
 #include "robot.h"
 

@@ -1,4 +1,5 @@
 /* Names of links and joints in URDF that scenes cannot have: each gets one of its own, in linear time. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define ROBOT "r.urdf"
 #include "robot.h"
 

@@ -1,4 +1,5 @@
 /* URDF of today: quaternions and capsules, infinite bounds, MuJoCo's compiler, masses of meshes, two <inertial>. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../folder.h"
 #include "check.h"
 

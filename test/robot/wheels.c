@@ -1,4 +1,5 @@
 /* Wheels of robots that roll, against closed forms. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../folder.h"
 #include "check.h"
 #include "run_file.h"

@@ -1,5 +1,6 @@
 /* Spatial tendons around spheres and cylinders, read here and by MuJoCo itself, in random models and states. They have
  * the same lengths, rates and forces. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "mujoco_pair.h"
 
 #include "kinetree/export.h"

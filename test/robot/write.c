@@ -1,5 +1,6 @@
 /* Mechanisms written as robots. Read back, they have the same mass matrix, places and loops. The writer reports all
  * losses. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../folder.h"
 #include "write_back.h"
 

@@ -1,4 +1,5 @@
 /* Mechanisms written as robots, and what is reported on the way. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_ROBOT_WRITE_BACK_H
 #define KT_TEST_ROBOT_WRITE_BACK_H
 

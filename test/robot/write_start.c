@@ -1,5 +1,6 @@
 /* Robots that are written start as the mechanisms do: places, velocities and accelerations of bundled scenes and of
  * imported robots with their drives and tendons. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "write_back.h"
 
 #include "check.h"

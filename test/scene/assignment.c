@@ -1,5 +1,6 @@
 /* Parameters that events set. A run is compared with its closed form. The equations after an event are compared with
  * those of a scene that is read with the new numbers. Further tests cover checkpoints, files, and rejected events. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/dynamics.h"
 #include "kinetree/scene.h"
 

@@ -1,5 +1,6 @@
 /* Beams: the bodies and effects of a section, and the errors of wrong beams. Frequencies, large deflections and
  * rotation are compared with closed forms and published numbers. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "collect.h"
 

@@ -1,6 +1,7 @@
 /* Beams that move, and a beam that bends in space. The cases are a spin-up, a shaft through its first critical speed,
  * and the Princeton beam. They are compared with solutions of beam equations that have nothing in common with segments.
  * Runs with finer segments are compared with each other. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "collect.h"
 

@@ -1,5 +1,6 @@
 /* The catalogue of wrong scenes. wrong/NAME.txt has the exact messages for reading wrong/NAME.yaml.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "collect.h"
 
 #include <dirent.h>

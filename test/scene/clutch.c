@@ -1,6 +1,7 @@
 /* Clutches that events of a scene open and close. One grips at once, and one has dry friction that sticks. They are
  * compared with closed forms, with a time stepping of the test, and with differences. Further tests cover the friction
  * of joints that something else moves. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/dynamics.h"
 #include "kinetree/loop.h"
 

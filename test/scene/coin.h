@@ -1,4 +1,5 @@
 /* A coin that spins to its end, for tests and for bench/run hard. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_SCENE_COIN_H
 #define KT_TEST_SCENE_COIN_H
 

@@ -1,4 +1,5 @@
 /* Reading in tests: scenes from text, and the reported faults. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_SCENE_COLLECT_H
 #define KT_TEST_SCENE_COLLECT_H
 

@@ -1,6 +1,7 @@
 /* Formulas of events that can never change their sign are rejected, and no others. The test draws random formulas as
  * trees. It computes samples of their values along the tree.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/scene.h"
 
 #include <math.h>

@@ -3,6 +3,7 @@
  * The test cuts every scene, as a tree of nodes (lib/files/document/node.h). It leaves out each key and each item in
  * turn, replaces each value by another, leaves out any two sections, and keeps each section alone.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/scene.h"
 #include "kinetree/simulation.h"
 

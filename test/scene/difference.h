@@ -1,5 +1,6 @@
 /* Scenes compared in every member, to the bit. Written out by hand, so that a key that the library's tables forget is
  * missed here. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_SCENE_DIFFERENCE_H
 #define KT_TEST_SCENE_DIFFERENCE_H
 

@@ -1,4 +1,5 @@
 /* The emitter alone: requests that no right scene makes are rejected once, with a message. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/emit.h"
 
 #include <math.h>

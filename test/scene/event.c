@@ -1,5 +1,6 @@
 /* Events of scenes are read, written and read again, and wrong ones are rejected with a message. The effects of events
  * on a run are compared with closed forms. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/dynamics.h"
 #include "kinetree/scene.h"
 

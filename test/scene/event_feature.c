@@ -1,5 +1,6 @@
 /* Events whose formulas have many features in time: the search for features shares its operations with all searches of
  * the run, also in one that goes on from a checkpoint. Each event that no search missed is compared with samples. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "expression/formula_breakpoint.h"
 #include "kinetree/scene.h"
 #include "model/function_formula.h"

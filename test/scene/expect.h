@@ -1,4 +1,5 @@
 /* Compares the numbers of a scene, after reading, with explicit numbers, bit for bit. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_SCENE_EXPECT_H
 #define KT_TEST_SCENE_EXPECT_H
 

@@ -1,5 +1,6 @@
 /* Footholds: a leg that lands anywhere, and is welded there by {engage_here: LOOP}. Places, checkpoints, a scene that
  * goes on from a result, files, and rejected actions. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/dynamics.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"

@@ -1,4 +1,5 @@
 /* Functions of time as formulas, sums, products and bumps: the description has exactly the functions of the scene. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/scene.h"
 
 #include <stdio.h>

@@ -1,4 +1,5 @@
 /* Random scenes that are right: every joint, shape, loop, effect, function and rotation, with numbers of every size. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_SCENE_INVENT_H
 #define KT_TEST_SCENE_INVENT_H
 

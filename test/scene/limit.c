@@ -1,4 +1,5 @@
 /* Files that are no scenes, and scenes that are too much: a clear word, in bounded time and memory. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <fcntl.h>
 #include <math.h>
 #include <stdarg.h>

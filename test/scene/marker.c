@@ -1,5 +1,6 @@
 /* Markers with axes. An end at a marker is the end with the marker's rotation before its own. This applies to every
  * loop and effect that has one, in space and in the plane. Wrong markers are rejected. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/mechanism.h"
 #include "kinetree/scene.h"
 

@@ -1,4 +1,5 @@
 /* Every allocation fails once: the call reports the failure, and nothing leaks. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <malloc.h>
 #include <stdint.h>
 #include <stdio.h>

@@ -1,5 +1,6 @@
 /* Named expressions: a formula with names has the value of the formula with their expressions, and faults are
  * located. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/expression.h"
 #include "kinetree/scene.h"
 

@@ -1,4 +1,5 @@
 /* Numbers: the accepted forms, and the conversion to text and back. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/number.h"
 #include "algebra/angle.h"
 

@@ -3,6 +3,7 @@
  *
  * KT_BROKEN=N breaks each scene N times; 0: in every way.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/scene.h"
 
 #include <stdio.h>

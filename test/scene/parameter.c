@@ -1,4 +1,5 @@
 /* Parameters, expressions and settings: a scene with them against the scene with the numbers written out. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/scene.h"
 
 #include <float.h>

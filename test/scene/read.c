@@ -1,4 +1,5 @@
 /* Every key of scene-files.md, and its result in the scene. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,5 +1,6 @@
 /* Every key of the effects that act in joints, on bodies and between them, and its result in the scene. Missing keys
  * have defaults. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 
 #include "check.h"

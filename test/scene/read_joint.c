@@ -1,4 +1,5 @@
 /* Every key of joints and rotations, and its result in the scene. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,5 +1,6 @@
 /* Every key of loops, the initial state, effects and functions, and its result in the scene. The library rejects these
  * sections until its engine supports them; the tables that read them are complete. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
 #include <string.h>
 

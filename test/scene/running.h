@@ -1,4 +1,5 @@
 /* A scene that runs with its events, for the running test (see fixture.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_SCENE_RUNNING_H
 #define KT_TEST_SCENE_RUNNING_H
 

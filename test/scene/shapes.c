@@ -1,4 +1,5 @@
 /* Bodies of several shapes against closed forms: solids cut into pieces, dumb-bells, shares by volume and length. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "collect.h"
 

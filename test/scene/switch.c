@@ -1,6 +1,7 @@
 /* Events of scenes that release and engage. Against closed forms: a string that is let go, and a rimless wheel that
  * rolls down a slope. A trebuchet is compared with GSL, and a woodpecker toy, whose hard contacts jam and peck, with
  * its published orbit. Also a spinning coin, to its end; prescribed motions into boundaries; and rejected scenes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/dynamics.h"
 #include "kinetree/loop.h"
 

@@ -2,6 +2,7 @@
  *
  * These calls are the program's own; the C library's come after them.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _GNU_SOURCE /* AT_EMPTY_PATH, syscall */
 #include <errno.h>
 #include <fcntl.h>

@@ -1,4 +1,5 @@
 /* Characters. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/document_text.h"
 
 #include <string.h>

@@ -1,6 +1,7 @@
 /* A trebuchet. With angles q_i of beam, box and sling every mass is at a sum of r_i (cos q_i, sin q_i). With c_ij = sum
  * m r_i r_j and the moments of inertia on the diagonal, Lagrange's equations are
  *     sum_j c_ij (cos(q_i - q_j) q_j'' + sin(q_i - q_j) q_j'^2) = -g sum m r_i cos q_i */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "trebuchet.h"
 
 #include <math.h>

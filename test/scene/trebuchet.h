@@ -1,4 +1,5 @@
 /* A trebuchet that lets go of its ball, for tests and for bench/run hard: a scene, and its own equations. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_SCENE_TREBUCHET_H
 #define KT_TEST_SCENE_TREBUCHET_H
 

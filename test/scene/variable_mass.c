@@ -1,5 +1,6 @@
 /* Masses that are functions of time: closed forms, and mechanisms of every kind against the same ones of constant
  * masses. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "collect.h"
 

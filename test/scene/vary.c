@@ -1,5 +1,6 @@
 /* Variables of scenes: every number of every bundled scene, changed by kt_scene_vary, against the scene read with
  * it. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/scene.h"
 
 #include "document/node.h"

@@ -1,4 +1,5 @@
 /* Scenes with events that are run for their records, and for derivatives of their motion. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_SCENE_WATCHED_H
 #define KT_TEST_SCENE_WATCHED_H
 

@@ -1,4 +1,5 @@
 /* A woodpecker toy: its scene, and Moreau's time stepping of its equations, which shares nothing with the library. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "woodpecker.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* A woodpecker toy and its time stepping, for tests and for bench/run hard. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_SCENE_WOODPECKER_H
 #define KT_TEST_SCENE_WOODPECKER_H
 

@@ -1,4 +1,5 @@
 /* Writing: the layout, and that nothing is lost on the way there and back. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <float.h>
 #include <math.h>
 #include <stdio.h>

@@ -1,5 +1,6 @@
 /* Adjoints of steps against the transposed matrices of the same steps, and gradients over many steps against products
  * of these. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "differences.h"
 #include "grown.h"

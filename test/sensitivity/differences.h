@@ -1,4 +1,5 @@
 /* A and B of a step against central differences of order eight of the step itself. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_SENSITIVITY_DIFFERENCES_H
 #define KT_TEST_SENSITIVITY_DIFFERENCES_H
 

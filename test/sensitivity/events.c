@@ -1,4 +1,5 @@
 /* A and B of a simulation's motion through events: against a closed form, and central differences of the simulation. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/joint.h"
 #include "kinetree/sensitivity.h"
 

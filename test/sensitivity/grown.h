@@ -1,4 +1,5 @@
 /* Random trees with effects, at a random state. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_SENSITIVITY_GROWN_H
 #define KT_TEST_SENSITIVITY_GROWN_H
 

@@ -1,5 +1,6 @@
 /* Steps of implicit methods and their derivatives on trees, quaternions, loops and contacts. They are compared with
  * closed forms, with a simulation's steps, and with differences of the steps themselves. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "differences.h"
 #include "grown.h"
 

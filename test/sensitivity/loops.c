@@ -1,4 +1,5 @@
 /* Steps of mechanisms with loops, with the projection after them: coarse steps, which leave the loops open by much. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "differences.h"
 
 #include "kinetree/simulation.h"

@@ -2,6 +2,7 @@
  *     x + (R(h L) - 1) L^-1 (L x + g)
  * The derivatives of this step are therefore
  *     A = R(h L),  B = (R(h L) - 1) L^-1 (0, 1/m) */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "differences.h"
 #include "kinetree/stability.h"
 

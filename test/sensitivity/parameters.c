@@ -1,5 +1,6 @@
 /* Derivatives of steps by parameters. They are compared with central differences of order eight of the step itself,
  * with the parameter set in a copy of the model. They are also compared with the closed form of an oscillator. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "differences.h"
 
 #include "kinetree/scene.h"

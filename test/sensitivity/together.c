@@ -1,6 +1,7 @@
 /* Gradients of many motions at once have the same bits as the same motions computed alone. The test has random trees in
  * space and in planes, with armature and effects in joints, on every instruction set, with any other motions. Motions
  * that lanes do not compute are reported and computed alone. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/tree.h"
 #include "interpose.h"
 

@@ -1,4 +1,5 @@
 /* Steps of random trees, with every joint type, effects, inputs and wrenches. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "differences.h"
 #include "grown.h"
 

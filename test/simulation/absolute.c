@@ -1,5 +1,6 @@
 /* The absolute formulation in a simulation: its inputs and outputs are those of the tree, although the simulation
  * integrates absolute coordinates. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../dynamics/tree.h"
 #include "../formulation.h"
 #include "interpose.h"

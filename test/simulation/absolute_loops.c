@@ -3,6 +3,7 @@
  *
  * Steps are so short that the results differ only by rounding. Bounds are five times the measured differences.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "both.h"
 
 #include <math.h>

@@ -3,6 +3,7 @@
  * At some times of the tree's run, the absolute formulation gets the state of the tree. The accelerations of both must
  * agree to rounding. And where it can be had in a blink, the motion from the start is followed as well.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../sanitized.h"
 #include "../scene/collect.h"
 #include "both.h"

@@ -1,5 +1,6 @@
 /* Random closed mechanisms, with loops of every type, in the absolute formulation: their accelerations against the
  * dense solution of the tree's equations, and their mobility. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/tangle.h"
 #include "kinetree/equations.h"
 

@@ -1,5 +1,6 @@
 /* Random trees in the absolute formulation: accelerations, reactions and coordinates are those of the recursions, which
  * share neither coordinates nor a matrix with it. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../dynamics/tree.h"
 
 #include "../formulation.h"

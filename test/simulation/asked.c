@@ -1,6 +1,7 @@
 /* Rejected and repeated pushes, works under equations of the caller's, runs with invalid options, and the names of the
  * options that a run chooses.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scenes.h"
 
 #include "kinetree/study.h"

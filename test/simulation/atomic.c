@@ -1,5 +1,6 @@
 /* Changes of the state that are rejected leave nothing behind. The oracle is a twin simulation without any of these
  * calls. Every output and the whole later motion have the same bits. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"

@@ -1,5 +1,6 @@
 /* Auxiliary states: their rates, their use in a simulation, and the functions that reject them. The scenes that have
  * some are held against other equations in auxiliary_state_scenes.c. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "parsed.h"
 
 #include "kinetree/analysis.h"

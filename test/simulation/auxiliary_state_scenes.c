@@ -2,6 +2,7 @@
  * (rk8pd) integrates equations that are written down here once more. The tested methods are an explicit, a stabilised,
  * implicit and multistep ones.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../scene/collect.h"
 #include "scenes.h"
 

@@ -1,5 +1,6 @@
 /* The energy balance: kinetic + potential + dissipated - supplied is constant, and each of the two works has its
  * correct value. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../formulation.h"
 #include "scenes.h"
 

@@ -1,4 +1,5 @@
 /* The energy balance of closed mechanisms: driven ones, whose loops do work, and others, whose loops do none. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../scene/collect.h"
 #include "scenes.h"
 

@@ -1,4 +1,5 @@
 /* One description under the clock in both formulations, record for record. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_SIMULATION_BOTH_H
 #define KT_TEST_SIMULATION_BOTH_H
 

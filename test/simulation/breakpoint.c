@@ -1,6 +1,7 @@
 /* Steps end at the breakpoints of functions of time and of a caller's own forces. No pulse between two breakpoints is
  * skipped, and a method keeps its order across jumps of accelerations.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scenes.h"
 
 #include <math.h>

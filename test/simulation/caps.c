@@ -1,6 +1,7 @@
 /* Limits of iterations: a special case reaches each of them. The counts always report the limit, and an error reports
  * it if the result is incomplete.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "../scene/collect.h"
 #include "scenes.h"

@@ -1,4 +1,5 @@
 /* Checkpoints: after one is taken back, everything that follows has the bits that it would have had. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../dynamics/tree.h"
 #include "scenes.h"
 

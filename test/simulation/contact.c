@@ -1,5 +1,6 @@
 /* Hard stops, contacts and slack ropes against closed forms. Balls in a row on a line have prismatic joints, and two
  * neighbours touch where their coordinates are equal. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"

@@ -3,6 +3,7 @@
  * Let the planes have the angle alpha between them, and restitution e. The impact at one plane, with the rates -1 there
  * and x at the other, leaves e there and x - (1 + e) cos alpha at the other. If the last number is negative, the other
  * plane is next. These numbers are the whole motion: gaps and masses do not occur in them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/simulation.h"
 
 #include <math.h>

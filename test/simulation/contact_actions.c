@@ -1,5 +1,6 @@
 /* Random actions on contacts and friction whose sets are masks: the motion and the sets are those of models of all
  * sets. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"

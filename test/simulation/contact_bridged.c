@@ -1,5 +1,6 @@
 /* Impacts and reactions of random islands of contacts, solved one after the other: as in the problem of all contacts at
  * once, and as in a simulation of each island alone. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "contact/contact.h"
 #include "evaluate/slip.h"
 #include "simulation/simulation.h"

@@ -1,5 +1,6 @@
 /* Hard stops and ropes of random chains: they keep their bounds and their energy, and agree with a time stepping of
  * their own. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"

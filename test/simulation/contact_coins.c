@@ -1,5 +1,6 @@
 /* Coins that are thrown: the rim of a disc, its impacts and slip with Coulomb's friction, against time stepping of its
  * own equations. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
 

@@ -1,5 +1,6 @@
 /* The damping of slow slip in Newton's equations, against differences of accelerations; and slip that ends as soon as
  * it begins. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "evaluate/slip.h"
 #include "simulation/simulation.h"
 

@@ -1,4 +1,5 @@
 /* The rim of a disc on a plane: coins that bounce, roll and slide, against closed forms. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"

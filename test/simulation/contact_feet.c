@@ -1,4 +1,5 @@
 /* Light feet and boxes that come to rest on a plane, without cycles of stick and slip, or of closing and opening. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/simulation.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* Forces of contacts on their first bodies: Newton's and Euler's laws of the body hold with them, in all states. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/dynamics.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"

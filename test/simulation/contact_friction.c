@@ -1,4 +1,5 @@
 /* Hard contacts with Coulomb's friction against closed forms: rolling, resting, sliding, impacts, undecided motions. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"

@@ -1,4 +1,5 @@
 /* Impacts with friction, against closed forms and phases by hand. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"

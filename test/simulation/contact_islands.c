@@ -1,4 +1,5 @@
 /* Hard contacts that slip in several islands: motions as in each island alone, and memory that grows linearly. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "evaluate/slip.h"
 #include "kinetree/study.h"
 #include "simulation/simulation.h"

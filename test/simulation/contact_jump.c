@@ -1,6 +1,7 @@
 /* Forces that jump while contacts are closed, sticking friction and slack ropes among them: drives whose accelerations
  * jump, and joint forces that a program sets. The oracles are closed forms. Between two jumps every drive is a cubic of
  * time, and so is the distance of a falling body. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/joint.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"

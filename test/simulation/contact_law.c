@@ -1,6 +1,7 @@
 /* The law of rest in simulations. Random boxes on feet with different friction rest if and only if polygons inside or
  * outside of the cones allow it, for any mass. A rod that leans presses. Dry friction at late times moves a joint as at
  * zero. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/simulation.h"
 
 #include <math.h>

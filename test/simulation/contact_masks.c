@@ -1,4 +1,5 @@
 /* Hard contacts, stops and ropes whose sets have no models of their own: closed forms, memory and checkpoints. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"

@@ -1,5 +1,6 @@
 /* Hard stops, contacts and slack ropes in mechanisms: loops, rocking, ropes, a whip, and random chains with friction
  * that sticks. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"

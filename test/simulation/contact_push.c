@@ -1,5 +1,6 @@
 /* Boxes on corners with friction that a growing force pushes from rest: where slip begins, friction turns it at a rate
  * without a bound. The energy balance, the speed after a push through the centre, and the cost of a push beside it. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/simulation.h"
 
 #include <math.h>

@@ -1,5 +1,6 @@
 /* Friction of joints that is released, in models whose sets of contacts are masked: it does not act, and the model of
  * its set has the parameters that are set. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/scene.h"

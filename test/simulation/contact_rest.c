@@ -1,4 +1,5 @@
 /* Bounces of hard stops, slip of light feet and boxes that come to rest, and the limit of the number of bounces. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/simulation.h"
 
 #include <float.h>

@@ -1,5 +1,6 @@
 /* Contacts and friction of joints whose sets are masks: the same motion as by models of these sets, and closed forms of
  * friction. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"

@@ -1,5 +1,6 @@
 /* Contacts and frictions that share a load in several ways, against closed forms. Frictions of one joint also against
  * one friction with the sums of their limits. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/simulation.h"
 
 #include <math.h>

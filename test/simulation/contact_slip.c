@@ -1,4 +1,5 @@
 /* Slip in a plane whose direction turns, against integrations of its own. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"

@@ -1,5 +1,6 @@
 /* Drives whose speeds jump while hard contacts are closed, sticking friction and slack ropes among them. A drive pushes
  * what rests on it, and cannot pull it. Forces far beyond friction, too. The oracles are closed forms. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/joint.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"

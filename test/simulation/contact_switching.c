@@ -1,5 +1,6 @@
 /* Contacts and friction whose sets are masks, and loops that the caller switches: the motion is that of models of all
  * sets. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 

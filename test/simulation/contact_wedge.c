@@ -1,4 +1,5 @@
 /* Friction that wedges contacts (Painleve's paradox) within steps and behind impacts: runs go on. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/algebra.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"

@@ -1,5 +1,6 @@
 /* Mechanisms whose drives leave no degree of freedom. Position and velocity follow from the time alone, with every
  * method of integration. Steps are as long as the motion allows. The works of the drives follow, too. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../formulation.h"
 #include "../sanitized.h"
 #include "parsed.h"

@@ -1,6 +1,7 @@
 /* Every type of effect on random trees. The joint forces of an effect are the slope of its energy. The energy balance
  * of a motion closes. The absolute formulation gives the same motion.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "both.h"
 
 #include "../dynamics/tree.h"

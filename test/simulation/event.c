@@ -1,4 +1,5 @@
 /* Events: found to rounding and in order. Further subjects are the changes by their actions, and chains without end. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "interpose.h"
 #include "scenes.h"
 

@@ -1,6 +1,7 @@
 /* Fixed steps far from all events take no evaluation for the search. A pendulum has a torque that changes with every
  * step, so that its slopes at the ends of steps serve no other purpose. A twin has another event that is never far,
  * whose search needs all slopes: the two have the same events and the same motion, to the last bit. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "random.h"
 #include "scenes.h"
 

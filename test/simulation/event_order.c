@@ -1,4 +1,5 @@
 /* Methods keep their order across events. The oracle is the same motion without events, computed to rounding. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scenes.h"
 
 #include <math.h>

@@ -2,6 +2,7 @@
  * limited number of values of the event's function. If the search finds all events, the closed form must agree. If the
  * search misses events, its counts must report them.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "random.h"
 #include "scenes.h"
 #include "simulation/simulation.h"

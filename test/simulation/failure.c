@@ -1,4 +1,5 @@
 /* Messages of a simulation that cannot go on, and its state afterwards. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scenes.h"
 
 #include <float.h>

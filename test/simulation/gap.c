@@ -1,6 +1,7 @@
 /* Contacts and stops that adaptive steps would leap over. The cases are a slider kicked by an evenly turning crank once
  * a turn, a joint at its stop, and a ball on a plane.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scenes.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* Linear complementarity problems by Lemke's method against their own definition. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "cone/lemke.h"
 
 #include <math.h>

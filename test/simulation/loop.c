@@ -5,6 +5,7 @@
  *
  *     (2 n / 3 + m) l^2 u'' = -(n + m) g l sin u.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../formulation.h"
 #include "scenes.h"
 #include "swing.h"

@@ -1,4 +1,5 @@
 /* mask_pair.h */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "mask_pair.h"
 
 #include <math.h>

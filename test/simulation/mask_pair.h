@@ -1,5 +1,6 @@
 /* Two simulations of one scene: every set of contacts has its model in the first one, and is a mask in the second one
  * (lib/motion/contact/mask.h). Their motions are equal up to rounding. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_MASK_PAIR_H
 #define KT_TEST_MASK_PAIR_H
 

@@ -1,4 +1,5 @@
 /* masks.h */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "masks.h"
 
 #include <stdio.h>

@@ -1,4 +1,5 @@
 /* Scenes with many contacts and frictions, for tests of models of their sets. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_MASKS_H
 #define KT_TEST_MASKS_H
 

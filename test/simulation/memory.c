@@ -1,5 +1,6 @@
 /* Memory: all memory is the caller's and has the reported size. The contents of scratch do not matter, and nothing is
  * allocated after set-up. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../dynamics/tree.h"
 #include "interpose.h"
 #include "scenes.h"

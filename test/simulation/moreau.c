@@ -1,4 +1,5 @@
 /* Time stepping over contacts against closed forms, against events, and against its own laws at every step. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/loop.h"
 #include "kinetree/scene.h"
 #include "kinetree/simulation.h"

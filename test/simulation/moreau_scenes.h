@@ -1,4 +1,5 @@
 /* Scenes with hard contacts, for time stepping. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_SIMULATION_MOREAU_SCENES_H
 #define KT_TEST_SIMULATION_MOREAU_SCENES_H
 

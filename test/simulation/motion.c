@@ -1,4 +1,5 @@
 /* Whole runs against closed forms and constants of the motion. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scenes.h"
 #include "swing.h"
 

@@ -1,4 +1,5 @@
 /* Calls in the wrong place: by a recorder or an action, within a call with the same simulation. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scenes.h"
 
 #include "kinetree/sensitivity.h"

@@ -1,4 +1,5 @@
 /* Newton's equations of a simulation, against differences of its right-hand side. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../dynamics/tree.h"
 #include "parsed.h"
 

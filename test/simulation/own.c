@@ -1,4 +1,5 @@
 /* Right-hand sides and projections of the caller's in a simulation. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scenes.h"
 
 #include <float.h>

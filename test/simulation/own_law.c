@@ -1,5 +1,6 @@
 /* Laws in C, with auxiliary states and without. They agree with the same laws as formulas to the bit. Further subjects
  * are their derivatives, exact and by differences, and the rejection of invalid laws. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "interpose.h"
 #include "parsed.h"
 

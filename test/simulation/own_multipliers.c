@@ -1,4 +1,5 @@
 /* Floquet multipliers with auxiliary states. The oracle is the exponentials of the modes of a linear system at rest. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "parsed.h"
 
 #include "kinetree/analysis.h"

@@ -1,5 +1,6 @@
 /* Derivatives of steps with auxiliary states. The oracles are the step of a simulation, and differences of the step for
  * A, B and C. Gradients run over many steps, through a loop, quaternions and markers. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "parsed.h"
 
 #include "kinetree/batch.h"

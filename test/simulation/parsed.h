@@ -1,5 +1,6 @@
 /* A mechanism from the text of a scene: its model and data. The running test owns them, and ends if
  * they cannot be made. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_SIMULATION_PARSED_H
 #define KT_TEST_SIMULATION_PARSED_H
 

@@ -1,6 +1,7 @@
 /* The plan of a scene: which kernels it lists, on how many items, and the reason for each that it leaves out. The test
  * in test/plan verifies that omitted kernels cost no instruction.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "../formulation.h"
 

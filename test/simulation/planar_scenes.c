@@ -1,6 +1,7 @@
 /* Every bundled scene of planar trees without loops, in the plane and in space. The test compares the first tenth of
  * each, record for record, with energies and all reactions.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../scene/collect.h"
 #include "both.h"
 #include "scene_files.h"

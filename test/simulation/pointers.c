@@ -1,5 +1,6 @@
 /* The pointers of kt_simulation_positions and _velocities stay valid. They show the state after every call, with the
  * bits of a sensor reading there. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../dynamics/tree.h"
 #include "../formulation.h"
 #include "scenes.h"

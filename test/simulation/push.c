@@ -1,4 +1,5 @@
 /* Torques and wrenches of the embedding program: held over a step, no longer and no less. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scenes.h"
 
 #include <float.h>

@@ -1,5 +1,6 @@
 /* Joints that move no mass (quasi-statics, [MSD 8.1]): against closed forms, against small masses by an implicit
  * method, and who rejects them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "parsed.h"
 
 #include "kinetree/analysis.h"

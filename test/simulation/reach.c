@@ -1,6 +1,7 @@
 /* Loops that cannot be closed after some time. The error names these loops and reports their gaps a little later, for
  * every way in which the step may fail. It does not name other loops.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../formulation.h"
 #include "scenes.h"
 

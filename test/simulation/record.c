@@ -1,4 +1,5 @@
 /* The times and the contents of records. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scenes.h"
 
 #include <float.h>

@@ -1,5 +1,6 @@
 /* A caller's equations, its projection or an effect fail: the origin and time of the message, and the state after it.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../formulation.h"
 #include "scenes.h"
 

@@ -1,5 +1,6 @@
 /* Torques that are set at every tick, as samples of a smooth signal. Methods with a history are compared with the
  * motion under the signal itself. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "scenes.h"
 

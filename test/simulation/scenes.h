@@ -1,4 +1,5 @@
 /* Small mechanisms with motions in closed form, and a recorder that keeps its records. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_SIMULATION_SCENES_H
 #define KT_TEST_SIMULATION_SCENES_H
 

@@ -1,6 +1,7 @@
 /* Sensors: a record of the present state has the bits of a run that evaluates everything anew. Showing it costs no
  * evaluation and moves no bit. Every bundled scene is held to that.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../formulation.h"
 #include "../scene/collect.h"
 #include "scene_files.h"

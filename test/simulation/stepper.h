@@ -1,4 +1,5 @@
 /* Moreau's time-stepping of a free body on points, for tests of hard contacts with friction. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef TEST_SIMULATION_STEPPER_H
 #define TEST_SIMULATION_STEPPER_H
 

@@ -4,6 +4,7 @@
  * (sensitivity.h), and sets new numbers of a parameter. Linux' strict seccomp ends the process at any system call but
  * read, write, exit and sigreturn.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../scene/collect.h"
 #include "scenes.h"
 

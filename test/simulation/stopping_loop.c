@@ -1,5 +1,6 @@
 /* A loop of the caller's that stops once, at any of its calls, ends the step with its name. So do breakpoints without
  * end, and jumps to angles without digits. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../fixture.h"
 
 #include "kinetree/mechanism.h"

@@ -1,4 +1,5 @@
 /* The angle of a pendulum. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_SIMULATION_SWING_H
 #define KT_TEST_SIMULATION_SWING_H
 

@@ -5,6 +5,7 @@
  * oscillator. While the clutch holds, x' = y', so that with d = y - x, which stays, and s = (a + b) / (A + B),
  *     x'' = -s (x - c),   c = -b d / (a + b)
  * When it grips both turn at (A x' + B y') / (A + B), and A B / (A + B) (x' - y')^2 / 2 is lost. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/integrator.h"
 #include "kinetree/loop.h"
 #include "kinetree/simulation.h"

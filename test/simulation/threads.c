@@ -1,5 +1,6 @@
 /* Equal inputs give equal bits: in a second run, after other runs in the same process, and in threads. Threads share a
  * model, and each has a simulation of its own. A build with -Db_sanitize=thread finds data that they must not share. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../scene/collect.h"
 #include "check.h"
 

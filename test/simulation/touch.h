@@ -1,4 +1,5 @@
 /* A body with points that touch planes with friction, as a scene for tests. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_SIMULATION_TOUCH_H
 #define KT_TEST_SIMULATION_TOUCH_H
 

@@ -1,4 +1,5 @@
 /* A whip whose end hangs on a slack rope. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "whip.h"
 #include "../describe.h"
 

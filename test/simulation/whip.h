@@ -1,4 +1,5 @@
 /* A whip of 100 links whose end hangs on a slack rope, for tests and for bench/run hard. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_SIMULATION_WHIP_H
 #define KT_TEST_SIMULATION_WHIP_H
 

@@ -1,5 +1,6 @@
 /* Works estimated from powers at the ends of steps. The estimates change no bit of the motion, true works are within
  * their uncertainty, and a wrong energy is visible. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/analysis.h"
 #include "kinetree/effect.h"
 #include "kinetree/scene.h"

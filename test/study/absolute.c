@@ -1,4 +1,5 @@
 /* The absolute formulation as a model: the conversion of bodies, joints, loops and effects. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../compile/mechanism.h"
 #include "../dynamics/tree.h"
 #include "../formulation.h"

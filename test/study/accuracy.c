@@ -4,6 +4,7 @@
  * The pendulum is let go at rest from the angle a (Landau and Lifshitz, Mechanics, section 11):
  *     u(t) = 2 asin(k cd(w t | k^2)),  k = sin(a / 2),  w^2 = g / l
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "describe.h"
 #include "sanitized.h"

@@ -4,6 +4,7 @@
  * at pi/10 + k pi/5, and the amplitude is 2^-k behind the k-th one.
  * Bounces: a point falls from 1 m; each impact leaves 0.8 of its speed.
  * Friction: x'' = -4 x - 4 sign(x') from x = 0 with x' = 3. The motion stops at atan2(1.5, 1) / 2 and sticks. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "bench.h"
 #include "sanitized.h"
 

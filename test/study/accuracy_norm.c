@@ -1,4 +1,5 @@
 /* The norm in which errors are measured, coordinate by coordinate, against differences that are given beforehand. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "describe.h"
 

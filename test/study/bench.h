@@ -1,4 +1,5 @@
 /* A study of one small scene, to be changed before it is made. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_ANALYSIS_BENCH_H
 #define KT_TEST_ANALYSIS_BENCH_H
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "closure.h"
 
 static void release_set(void *set) { kt_constraint_formulation_free(set); }

@@ -1,4 +1,5 @@
 /* Code shared by the tests of the coordinate sets: sets that must be there, and runs with them on their own. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_ANALYSIS_CLOSURE_H
 #define KT_TEST_ANALYSIS_CLOSURE_H
 

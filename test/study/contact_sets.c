@@ -2,6 +2,7 @@
  * set of its model. If an open contact touches in the state, or joint friction sticks that the set lets slip, the call
  * is rejected, and the message names an alternative. With the contact closed in the set, the results are those of the
  * contact: a body at rest has the acceleration 0, and the reaction is its weight. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/analysis.h"
 #include "kinetree/batch.h"
 #include "kinetree/codegen.h"

@@ -1,4 +1,5 @@
 /* Differential-algebraic baselines: orders of positions, velocities and multipliers, drift, and failures. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/linkage.h"
 #include "check.h"
 

@@ -1,4 +1,5 @@
 /* Accuracy studies that are impossible, or possible in part only: the messages, and the results that are kept. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "bench.h"
 #include "kinetree/equations.h"
 

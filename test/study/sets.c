@@ -1,5 +1,6 @@
 /* Accelerations of the other coordinate sets on random closed mechanisms, for which all sets agree. Also wrong
  * arguments. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../constraint/tangle.h"
 #include "../interpose.h"
 #include "closure.h"

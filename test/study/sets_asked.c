@@ -1,4 +1,5 @@
 /* Coordinate sets with unsupported requests, or with nothing to do. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "closure.h"
 
 #include <float.h>

@@ -1,4 +1,5 @@
 /* The evolution of closure errors: decay at the rate of the gains, drift, and stability of the steps. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "closure.h"
 
 #include <math.h>

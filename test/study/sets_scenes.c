@@ -1,6 +1,7 @@
 /* The other coordinate sets on the bundled scenes with loops: the results in which they equal the reduction, and their
  * failures. The reference is the reduction with projection, dop853 at 1e-13, which test/reference holds against the
  * published motions. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "../formulation.h"
 #include "../reference/scene.h"
 #include "closure.h"

@@ -1,5 +1,6 @@
 /* Accuracy studies of unusual scenes and settings: scales without an extent, ladders that end at once, coordinate sets,
  * an effect that fails. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "bench.h"
 #include "sanitized.h"
 

@@ -6,6 +6,7 @@ compiling and prints the same numbers. Results may differ by the tolerance of th
 
 --keep RELEASE writes the results of the scenes and programs of that folder with the present version. Do this once, at the release.
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import math
 import os

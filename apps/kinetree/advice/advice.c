@@ -1,6 +1,7 @@
 /* Explains why the loops of a scene do not close, and suggests changes that close them.
  *
  * Every suggested change has been tested: the description is changed in this one respect and assembled. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/advice.h"
 
 #include "kinetree/descriptor.h"

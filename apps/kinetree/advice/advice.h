@@ -1,4 +1,5 @@
 /* Suggests changes that close the loops of a scene. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_ADVICE_ADVICE_H
 #define KT_COMMAND_ADVICE_ADVICE_H
 

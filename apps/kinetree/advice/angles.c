@@ -1,4 +1,5 @@
 /* Angles that were probably given in degrees without the unit. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/angles.h"
 
 #include "kinetree/descriptor.h"

@@ -1,5 +1,6 @@
 /* Warnings about values in scenes that are probably mistakes: angles in degrees without the unit, effects that exert no
  * force, and own columns that copy another one with another unit. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_ADVICE_ANGLES_H
 #define KT_COMMAND_ADVICE_ANGLES_H
 

@@ -3,6 +3,7 @@
  * The default interval does not depend on the motion, so that a fast oscillation may pass whole periods between two
  * records. The ends of adaptive steps resolve every motion. The path of a column over them is compared with its path
  * over the records (records/extremes.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/run.h"
 
 #include <math.h>

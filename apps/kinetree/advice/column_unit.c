@@ -1,4 +1,5 @@
 /* Own columns that copy another column, and state another unit. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/angles.h"
 
 #include "document/unit.h"

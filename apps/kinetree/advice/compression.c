@@ -1,5 +1,6 @@
 /* Distances that push. The equation of a distance is its length, |p2 - p1| = L, so that a multiplier above 0 pushes the
  * ends apart, in N. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/growth.h"
 
 #include "kinetree/loop.h"

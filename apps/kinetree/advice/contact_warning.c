@@ -1,4 +1,5 @@
 /* Warnings about hard contacts: a law had to be weakened, or it does not decide the motion. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/run.h"
 
 static const kt_counted failed_problems = {.code = "contact_failures",

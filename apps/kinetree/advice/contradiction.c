@@ -1,4 +1,5 @@
 /* Explains which drives contradict each other. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/advice.h"
 
 #include <stdio.h>

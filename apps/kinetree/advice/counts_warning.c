@@ -1,6 +1,7 @@
 /* Warnings of irregularities that a simulation has counted. They are iterations and searches that reached a limit,
  * missing Jacobians, and velocities that events could not set. They are also states next to dead points and singular
  * positions. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "open/linear.h"
 #include "subcommands/run.h"
 

@@ -11,6 +11,7 @@
  *     wrong. The energy is judged after FIRST, 2 FIRST, 4 FIRST, ... steps. All rules judge at the duration, and if the
  *     caller requests the warnings.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/driven.h"
 
 #include "open/play.h"

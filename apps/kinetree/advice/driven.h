@@ -1,5 +1,6 @@
 /* The watch of a simulation that a program drives, such as a control loop of Python. It gives the warnings of
  * `kinetree run`: of the start, the fixed step, the energy and the contacts. It prints nothing. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_ADVICE_DRIVEN_H
 #define KT_COMMAND_ADVICE_DRIVEN_H
 

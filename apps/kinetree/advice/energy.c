@@ -1,4 +1,5 @@
 /* Warnings about changes of energy that the scene cannot cause, with a suggested remedy. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/excess.h"
 #include "open/start.h"
 #include "subcommands/run.h"

@@ -3,6 +3,7 @@
  * An angle by atan2 jumps from pi to -pi. A change of sign there counts as the event, although the angle does not pass
  * the value that the formula names. At a true root the value is next to zero, and behind the jump it is of the size of
  * a turn. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/run.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* Values beyond all reason. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/excess.h"
 
 #include "open/linear.h"

@@ -1,4 +1,5 @@
 /* Values beyond all reason: an integration that has blown up may stay within the range of numbers. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_ADVICE_EXCESS_H
 #define KT_COMMAND_ADVICE_EXCESS_H
 

@@ -1,5 +1,6 @@
 /* Warnings of columns without a finite value at some records. They are own columns whose formulas have no finite value,
  * and forces of contacts whose direction of slip is undetermined. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/run.h"
 
 #include "kinetree/mechanism.h"

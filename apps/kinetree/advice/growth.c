@@ -5,6 +5,7 @@
  * with the steps of the run and with adaptive steps. If the motion itself grows, both continuations grow alike. If the
  * fixed steps amplify a decay or an oscillation, only their continuation grows.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/growth.h"
 
 #include "open/linear.h"

@@ -1,5 +1,6 @@
 /* Watches of runs, which warn at the end. One sees fixed steps diverge where nothing watches the energy. Others see
  * distances push, and paths and angles of effects jump. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_ADVICE_GROWTH_H
 #define KT_COMMAND_ADVICE_GROWTH_H
 

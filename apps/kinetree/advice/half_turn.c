@@ -2,6 +2,7 @@
  * (kt_effect_coordinate). When the mechanism takes it through half a turn from there, it jumps by a whole turn. The
  * forces of springs, stops and servos in the angle jump with it. Between two records, such a jump is a change by more
  * than half a turn. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/growth.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* Effects that exert no force, whatever the motion: a key was forgotten, or the force acts on the ground. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/angles.h"
 
 #include "advice/advice.h"

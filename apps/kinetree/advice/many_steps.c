@@ -3,6 +3,7 @@
  * After every BETWEEN steps the pace of the last WINDOW steps is compared with the rest of the run. If more than MANY
  * steps are left, the warning gives the length of steps, the expected time and the cause. The cause is one of these:
  * functions of time at whose breakpoints steps end, the fastest mode of the mechanism, or a tolerance near rounding. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/run.h"
 #include "subcommands/stability.h"
 

@@ -7,6 +7,7 @@
  * Steps in which the length changes by much are divided into parts. A part is halved, and the half with the larger |e|
  * is kept. Without a jump, |e| soon falls below the bound. A jump remains in an interval of any length. Two opposite
  * jumps within one part are missed. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/growth.h"
 
 #include "kinetree/control.h"

@@ -1,5 +1,6 @@
 /* Finds contacts and joint limits that act in a state, and warns of those that a scene violates at its start. It also
  * warns of springs and attractions without a direction, and of wheels that lie flat at the start. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/penetration.h"
 #include "advice/advice.h"
 

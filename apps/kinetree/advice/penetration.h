@@ -1,4 +1,5 @@
 /* Contacts and joint limits that act in a state. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_ADVICE_PENETRATION_H
 #define KT_COMMAND_ADVICE_PENETRATION_H
 

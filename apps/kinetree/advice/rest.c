@@ -3,6 +3,7 @@
  * A scene may rest on purpose: a box on the ground, a joint that a brake holds. Its weight then acts on a coordinate,
  * and other forces balance it. If no weight acts on any coordinate, gravity was forgotten, or it acts across the
  * joints. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/gravity.h"
 #include "subcommands/run.h"
 

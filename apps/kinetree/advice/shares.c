@@ -1,5 +1,6 @@
 /* Warns of reactions that a run records, or whose value an event or a column reads, and that the model does not
  * determine: redundant loops share them, or a coupling passes the bearing by. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/run.h"
 
 #include "kinetree/mechanism.h"

@@ -4,6 +4,7 @@
  * At SAMPLES + 1 records, evenly over the run, the rate of the fastest mode is estimated (kt_mode_watch). It is
  * compared with the mean step of the method up to the next of these records. If the motion is stiff, their product is
  * near the limit of the method's stability on the real axis, for any tolerance. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/run.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* What a run reports before its first step, and what its view will not show. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/advice.h"
 #include "advice/angles.h"
 #include "advice/penetration.h"

@@ -3,6 +3,7 @@
  * The rate of the fastest mode is estimated at the records, for about a fiftieth of the run's evaluations
  * (kt_mode_watch). At the end, unless this rate is clearly harmless, the modes at that state and at the last state are
  * computed. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/run.h"
 #include "subcommands/stability.h"
 

@@ -1,4 +1,5 @@
 /* Assemblies of changed scenes, which show what closes their loops. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/advice.h"
 
 #include <stdlib.h>

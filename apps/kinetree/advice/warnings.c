@@ -1,4 +1,5 @@
 /* Prints and lists warnings. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/warnings.h"
 
 #include "text/json.h"

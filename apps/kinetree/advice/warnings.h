@@ -1,5 +1,6 @@
 /* Warnings: facts that a result does not show and that its reader needs. Each is printed once on standard error, and
  * listed in the JSON summary under "warnings". */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_ADVICE_WARNINGS_H
 #define KT_COMMAND_ADVICE_WARNINGS_H
 

@@ -9,6 +9,7 @@
  * Each frame is painted in the colours of a light page and of a dark one. A colour that differs is a class, and a media
  * query (prefers-color-scheme) chooses between both. Elements whose colours vary with time, and gradients, are written
  * twice, once for each page. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "draw/film.h"
 
 #include "command.h"

@@ -1,4 +1,5 @@
 /* Occlusion: solids, joints, feet, bushings and springs of a state, painted from the farthest to the nearest. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/grow.h"
 #include "draw/paper.h"
 #include "picture/solid.h"

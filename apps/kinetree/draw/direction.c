@@ -1,4 +1,5 @@
 /* The direction in which `kinetree draw` looks, and the words for it. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "draw/draw.h"
 
 #include "command.h"

@@ -1,4 +1,5 @@
 /* Drawings of mechanisms: their content, and the paper on which it is painted. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_DRAW_DRAW_H
 #define KT_COMMAND_DRAW_DRAW_H
 

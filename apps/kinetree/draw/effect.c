@@ -1,4 +1,5 @@
 /* Symbols of effects and of relations between joints. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "draw/paper.h"
 #include "picture/solid.h"
 

@@ -1,4 +1,5 @@
 /* The frames of an animated picture as lines of SVG, and which of them differ only in numbers and colours. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "draw/film.h"
 
 #include "command.h"

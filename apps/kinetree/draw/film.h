@@ -1,4 +1,5 @@
 /* The frames of an animated picture: each is an SVG on a light page and on a dark one, cut into lines. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_DRAW_FILM_H
 #define KT_COMMAND_DRAW_FILM_H
 

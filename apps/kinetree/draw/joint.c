@@ -1,4 +1,5 @@
 /* Symbols of joints, of the ground, of planes, and of loops. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "draw/paper.h"
 #include "picture/solid.h"
 

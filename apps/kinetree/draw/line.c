@@ -1,4 +1,5 @@
 /* Lines, arrows, hatching, springs and dampers. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "draw/paper.h"
 
 #include <math.h>

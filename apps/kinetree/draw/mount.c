@@ -1,4 +1,5 @@
 /* Where the ground holds a joint or the end of a loop: below the fixed part that carries it. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "draw/paper.h"
 #include "picture/solid.h"
 

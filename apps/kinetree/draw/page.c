@@ -1,4 +1,5 @@
 /* The page of a drawing: its layout, scale, axes, gravity. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "draw/paper.h"
 #include "picture/solid.h"
 

@@ -1,4 +1,5 @@
 /* Declarations shared by the files that paint drawings of mechanisms with cairo. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_DRAW_PAPER_H
 #define KT_COMMAND_DRAW_PAPER_H
 

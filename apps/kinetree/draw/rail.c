@@ -3,6 +3,7 @@
  *
  * The joint moves its body along the axis, and turns it about the axis at most. The part of the body that the axis
  * pierces is thus the same at all positions. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "draw/paper.h"
 #include "picture/solid.h"
 

@@ -1,5 +1,6 @@
 /* Solids as pixels, for pictures with meshes, which are not convex. The depth of each pixel decides which solid is
  * visible there. The pixels become one image of the page; symbols and lines stay lines. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "draw/paper.h"
 
 #include "picture/picture_mesh.h"

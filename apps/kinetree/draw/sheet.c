@@ -1,4 +1,5 @@
 /* From the world to the page, and the colours of bodies. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "draw/paper.h"
 
 #include <math.h>

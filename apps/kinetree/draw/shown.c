@@ -1,4 +1,5 @@
 /* The picture of a state: loops and effects that are released do not act, and are not drawn. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "draw/draw.h"
 
 #include "open/released.h"

@@ -1,5 +1,6 @@
 /* Solids as shapes of the page: outlines that are exact for each type, three tones for the faces of a box. Round solids
  * have soft shades. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "draw/paper.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* The symbols over all solids: joints, axes, markers, names. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "draw/paper.h"
 #include "picture/solid.h"
 

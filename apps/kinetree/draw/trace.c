@@ -1,5 +1,6 @@
 /* Paths of points. All of a path is painted behind the solids. In space, the parts that are nearer to the viewer than
  * every solid are painted again, in front of them. The solids of each painted state decide which parts these are. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "draw/paper.h"
 
 #include <float.h>

@@ -3,6 +3,7 @@
  * A file is compiled in a folder of its own and then renamed, so that a name always belongs to a whole file. Processes
  * that compile the same file at the same time both end with it.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _DEFAULT_SOURCE 1 /* mkdtemp on systems that lack it in POSIX */
 #include "command.h"
 #include "native/native.h"

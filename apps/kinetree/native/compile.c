@@ -1,4 +1,5 @@
 /* The system's compiler: which one, and a call of it. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "command.h"
 #include "native/native.h"
 

@@ -4,6 +4,7 @@
  * compiler, and over the version. Runs that differ in masses or stiffnesses thus share a file, and each passes its own
  * numbers to it.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "native/native.h"
 
 #include "base/sum.h"

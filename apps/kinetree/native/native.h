@@ -1,4 +1,5 @@
 /* Accelerations by compiled code: run --native, and sweep --native. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_NATIVE_NATIVE_H
 #define KT_COMMAND_NATIVE_NATIVE_H
 

@@ -1,5 +1,6 @@
 /* Reports the parts of a scene that a later initial state does not continue: everything that reads the time, and the
  * counts of events. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "command.h"
 #include "open/load.h"
 

@@ -1,5 +1,6 @@
 /* Finds the folder of the bundled scenes, and other installed files. If the environment variable KINETREE_SCENES is
  * set, it names the folder of the scenes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "open/bundled.h"
 #include "command.h"
 

@@ -1,4 +1,5 @@
 /* Location of the bundled scenes and of other installed files. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_SCENE_BUNDLED_H
 #define KT_COMMAND_SCENE_BUNDLED_H
 

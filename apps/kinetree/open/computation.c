@@ -1,5 +1,6 @@
 /* Converts the settings of a scene's `simulate` section for its computation to options of the libraries, and returns
  * the state that a scene gives. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "command.h"
 
 #include <stdlib.h>

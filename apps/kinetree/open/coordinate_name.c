@@ -1,4 +1,5 @@
 /* Names of velocity coordinates: in words for small motions, and as in the columns of results. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "open/linear.h"
 
 #include "kinetree/descriptor.h"

@@ -8,6 +8,7 @@
  *
  * A shape belongs to the linear equations. Therefore each point is drawn displaced along a straight line, by its
  * first-order displacement. Finite turns of the joints would shorten a bent beam, and would open loops. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "open/deflection.h"
 #include "open/play.h"
 

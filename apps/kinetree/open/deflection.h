@@ -1,4 +1,5 @@
 /* Small motions at an amplitude that can be seen: the positions in which a mode is drawn. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_SCENE_DEFLECTION_H
 #define KT_COMMAND_SCENE_DEFLECTION_H
 

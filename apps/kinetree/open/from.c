@@ -1,4 +1,5 @@
 /* Reads the state of a result, joint by joint. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "open/load.h"
 #include "open/released.h"
 #include "open/start.h"

@@ -1,4 +1,5 @@
 /* The linearisation of a scene, as used by the subcommands modes, equilibrium and others. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "open/linear.h"
 
 #include "kinetree/descriptor.h"

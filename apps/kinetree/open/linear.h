@@ -1,5 +1,6 @@
 /* Functions for the subcommands that analyse small motions: a scene, linearised about its initial state or an
  * equilibrium. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_SCENE_LINEAR_H
 #define KT_COMMAND_SCENE_LINEAR_H
 

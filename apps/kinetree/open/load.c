@@ -1,4 +1,5 @@
 /* Loads scenes for the subcommands, with the state that they start from. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "open/load.h"
 
 #include "records/output.h"

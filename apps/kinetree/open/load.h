@@ -1,4 +1,5 @@
 /* The parts of loading a scene: reading it, its start from the result of a run, and names of files. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_SCENE_LOAD_H
 #define KT_COMMAND_SCENE_LOAD_H
 

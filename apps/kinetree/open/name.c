@@ -1,4 +1,5 @@
 /* Names of files: robots by their endings, and suggestions for a path that does not exist. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/names.h"
 #include "command.h"
 #include "open/bundled.h"

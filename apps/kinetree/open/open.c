@@ -1,4 +1,5 @@
 /* Reads and compiles scenes for the subcommands, and prints their errors. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "open/load.h"
 #include "open/start.h"
 #include "records/output.h"

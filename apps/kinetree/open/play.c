@@ -1,4 +1,5 @@
 /* The simulation of a scene with its events, advanced to times of the caller's choice. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "open/play.h"
 
 #include "records/gravity.h"

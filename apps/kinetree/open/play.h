@@ -8,6 +8,7 @@
  *         status = kt_play_poses(&play, poses, &error);
  *     kt_play_end(&play);
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_SCENE_PLAY_H
 #define KT_COMMAND_SCENE_PLAY_H
 

@@ -1,4 +1,5 @@
 /* Lists the released loops and effects. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "open/released.h"
 
 #include <stdio.h>

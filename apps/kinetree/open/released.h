@@ -1,5 +1,6 @@
 /* The switched loops and effects that are off or released at the end of a run. A scene that continues the run begins
  * with them in this state. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_SCENE_RELEASED_H
 #define KT_COMMAND_SCENE_RELEASED_H
 

@@ -1,4 +1,5 @@
 /* The released loops and effects as JSON, and a scene that begins with them released. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "open/released.h"
 
 #include "text/json.h"

@@ -1,4 +1,5 @@
 /* Assembles the initial state of a scene, and reports the changes that the assembly made. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "open/start.h"
 
 #include "advice/advice.h"

@@ -1,4 +1,5 @@
 /* The assembled initial state of a scene, with a report of the changes or of the reason for a failure. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_SCENE_START_H
 #define KT_COMMAND_SCENE_START_H
 

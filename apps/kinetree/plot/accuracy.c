@@ -6,6 +6,7 @@
  * uncertainty of the reference are in the grey region. A dashed line shows rounding: a number of the size of the
  * motion has a rounding error of 2^-52 of it, which grows like any small error (kt_accuracy_results.amplification).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/accuracy.h"
 #include "plot/accuracy_curves.h"
 #include "plot/plot.h"

@@ -9,6 +9,7 @@
  * fewer evaluations for them, in the geometric mean. Evaluations do not depend on the machine, hence neither does the
  * choice, except for the recommended points.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "plot/accuracy_curves.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* The choice of the curves of a work-precision diagram. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_PLOT_ACCURACY_CURVES_H
 #define KT_COMMAND_PLOT_ACCURACY_CURVES_H
 

@@ -1,4 +1,5 @@
 /* Ticks at multiples of one, two or five times a power of ten; on a logarithmic axis at powers of ten. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "plot/plot.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* The choice of the columns that a chart shows. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "plot/choice.h"
 #include "command.h"
 

@@ -1,4 +1,5 @@
 /* The frame of a panel: its axes, and the map from numbers to coordinates of the page. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_PLOT_FRAME_H
 #define KT_COMMAND_PLOT_FRAME_H
 

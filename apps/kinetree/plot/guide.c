@@ -3,6 +3,7 @@
  * At order p, the error falls like cost^-p. In logarithmic axes this is a straight line. Its slope on the page follows
  * from the lengths of a decade on both axes. A fan of such lines is drawn where it covers the fewest curves. Names are
  * placed next to their points in the same way. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "plot/frame.h"
 
 #include <math.h>

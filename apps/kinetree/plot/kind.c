@@ -1,4 +1,5 @@
 /* Kinds of columns, which share a panel, its title and its unit. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "plot/kind.h"
 
 #include <string.h>

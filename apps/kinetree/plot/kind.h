@@ -1,4 +1,5 @@
 /* Kinds of columns: the panel that a column of a result belongs to, by its name. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_PLOT_KIND_H
 #define KT_COMMAND_PLOT_KIND_H
 

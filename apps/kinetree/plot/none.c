@@ -1,4 +1,5 @@
 /* Replaces plot.c in builds without cairo. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "command.h"
 #include "draw/draw.h"
 #include "plot/plot.h"

@@ -1,6 +1,7 @@
 /* The colours of pictures: those of M. Okabe and K. Ito (Color Universal Design, 2008), which people with any kind of
  * colour blindness can distinguish, without the yellow, which is hard to see on white. On a dark page the blue is
  * lighter, and black becomes white. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "plot/palette.h"
 
 #define KT_OKABE_ITO                                                                                                   \

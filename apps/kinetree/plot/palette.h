@@ -1,4 +1,5 @@
 /* The colours of pictures. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_PLOT_PALETTE_H
 #define KT_COMMAND_PLOT_PALETTE_H
 

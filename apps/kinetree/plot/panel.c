@@ -1,5 +1,6 @@
 /* Draws one panel of a chart. The title with the unit is at the top left, and ticks are at round numbers on a light
  * grid. The legend is on the right, where it covers no line. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "plot/frame.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* Text, marks and files of pictures. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "plot/paper.h"
 
 #include "command.h"

@@ -1,4 +1,5 @@
 /* Declarations shared by the files that draw with cairo: text, marks. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_PLOT_PAPER_H
 #define KT_COMMAND_PLOT_PAPER_H
 

@@ -1,4 +1,5 @@
 /* Draws charts with cairo: the page, its panels in a column or in a row, and the file. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "plot/plot.h"
 
 #include "command.h"

@@ -1,5 +1,6 @@
 /* Charts as SVG, PNG or PDF: panels in a column or in a row, each with its axes (linear or logarithmic), units and
  * series. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_PLOT_PLOT_H
 #define KT_COMMAND_PLOT_PLOT_H
 

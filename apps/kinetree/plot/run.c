@@ -1,4 +1,5 @@
 /* The picture of a run: the recorded columns, with one panel for each quantity, and the drift of the energy. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "plot/run.h"
 
 #include "plot/choice.h"

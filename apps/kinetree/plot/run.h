@@ -1,6 +1,7 @@
 /* The picture of a run: the recorded quantities and markers against time. The default is joint positions, markers and
  * the scene's `output.columns`. A further panel has the change of the total energy or, if the work done is
  * recorded, the change of the balance of energies and work, which should be zero. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_PLOT_RUN_H
 #define KT_COMMAND_PLOT_RUN_H
 

@@ -1,4 +1,5 @@
 /* Draws mode shapes as bars, with cairo. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "plot/plot.h"
 
 #include "plot/paper.h"

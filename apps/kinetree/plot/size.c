@@ -1,4 +1,5 @@
 /* The size of a picture on the command line. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "command.h"
 #include "plot/plot.h"
 

@@ -1,4 +1,5 @@
 /* The size of a picture. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_PLOT_SIZE_H
 #define KT_COMMAND_PLOT_SIZE_H
 

@@ -3,6 +3,7 @@
  * The boundary |R| = 1 is found by marching squares on a grid. In each square with corners on both sides, the boundary
  * crosses the edges at points that follow from linear interpolation of ln |R|. A line connects these points. The window
  * is fitted to the region in several passes, because the region of a stabilised method is long and narrow. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/stability.h"
 #include "plot/plot.h"
 

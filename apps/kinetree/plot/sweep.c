@@ -1,4 +1,5 @@
 /* Pictures of a sweep's lines. Each column is a panel of its own: their units differ. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "plot/plot.h"
 
 #include "command.h"

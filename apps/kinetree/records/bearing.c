@@ -8,6 +8,7 @@
  * If w is zero, this wrench is a force along l, which is removed. Oblique axes (of a universal joint) are made
  * orthogonal, so that each can be removed alone. The reference point of the moments does not matter, because it lies on
  * the free axes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/gravity.h"
 
 #include "kinetree/joint.h"

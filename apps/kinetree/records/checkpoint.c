@@ -13,6 +13,7 @@
  * The run that writes FILE holds a lock against other runs. Before the first checkpoint of a new FILE, the lock is on
  * FILE.new, so that no empty FILE appears. A file of an earlier run is locked itself. Each FILE.new is locked before it
  * is renamed to FILE. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/checkpoint.h"
 
 #include "base/sum.h"

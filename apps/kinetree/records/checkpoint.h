@@ -1,5 +1,6 @@
 /* A run's checkpoint file: a run that was interrupted continues from it with the same results as without
  * interruption. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_RECORDS_CHECKPOINT_H
 #define KT_COMMAND_RECORDS_CHECKPOINT_H
 

@@ -1,4 +1,5 @@
 /* Names of the columns of a run's records, in files and in charts. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/columns.h"
 
 #include "kinetree/descriptor.h"

@@ -1,4 +1,5 @@
 /* The values of columns in a record. Some columns in a row are components of one vector, which is computed once. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/columns.h"
 
 #include "records/gravity.h"

@@ -1,6 +1,7 @@
 /* The columns of a run's records, and the own columns of a scene (kt_scene_column). An own column is a formula over all
  * columns that records of its model may have, recorded or not. Only the columns that formulas read are computed.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/columns.h"
 
 #include "base/grow.h"

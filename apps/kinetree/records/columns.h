@@ -1,4 +1,5 @@
 /* The columns of a run's records: their names, their quantities, and their values in a record. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_RECORDS_COLUMNS_H
 #define KT_COMMAND_RECORDS_COLUMNS_H
 

@@ -1,4 +1,5 @@
 /* Writes records as CSV. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/run.h"
 
 #include "text/digits.h"

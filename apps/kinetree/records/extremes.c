@@ -1,4 +1,5 @@
 /* Functionals of the columns of a run. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/extremes.h"
 
 #include <math.h>

@@ -1,6 +1,7 @@
 /* Functionals of the columns of a run: extremes, last values, integrals over time. They are taken at records. Columns
  * that follow from the state alone are also taken at the ends of steps, because a motion may pass its extremes between
  * two records. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_RECORDS_EXTREMES_H
 #define KT_COMMAND_RECORDS_EXTREMES_H
 

@@ -1,4 +1,5 @@
 /* Gravity in joints by inverse dynamics at rest. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/gravity.h"
 
 #include "kinetree/dynamics.h"

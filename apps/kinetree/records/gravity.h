@@ -1,6 +1,7 @@
 /* Values of columns that records of a simulation do not have: gravity in joints, the distance of a position from a
  * singular one, the wrench that a joint transmits by its structure alone, and the quantities of all effects, with the
  * forces of hard contacts, hard stops and friction that sticks. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_RECORDS_GRAVITY_H
 #define KT_COMMAND_RECORDS_GRAVITY_H
 

@@ -3,6 +3,7 @@
  *
  * Times are not stored, so that equal runs give equal bytes.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "command.h"
 #include "records/keep.h"
 

@@ -2,6 +2,7 @@
  * damaged: a child process reads it. The child follows nothing that leads out of the file, and decodes with filters of
  * HDF5's own alone. It answers with a part for each run: a head, the names of the columns, and rows.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "command.h"
 #include "records/keep.h"
 #include "text/input.h"

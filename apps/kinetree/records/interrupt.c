@@ -1,5 +1,6 @@
 /* The handler of SIGINT calls only functions that POSIX permits in handlers: open, read, write, unlink, raise. A second
  * Ctrl-C ends the program at once, also while the lines of a long file are counted. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/interrupt.h"
 
 #include "command.h"

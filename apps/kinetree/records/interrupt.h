@@ -1,5 +1,6 @@
 /* Ctrl-C (SIGINT) while results are written: a message names the partial file, counts its lines, and states how to
  * continue. Then the program ends by the signal, which shells show as exit status 130. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_RECORDS_INTERRUPT_H
 #define KT_COMMAND_RECORDS_INTERRUPT_H
 

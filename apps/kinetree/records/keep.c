@@ -1,4 +1,5 @@
 /* The side file of records that become HDF5: runs one after the other, a head (kt_kept_run) and its rows each. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/keep.h"
 #include "command.h"
 

@@ -1,6 +1,7 @@
 /* Records of runs in one HDF5 file. During the runs, the records are in a side file, FILE.partial, as plain numbers. A
  * run that has been added survives the end of this process. The HDF5 file is made from the side file at the end, run by
  * run. Its contents are therefore the same with and without a break. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_RECORDS_KEEP_H
 #define KT_COMMAND_RECORDS_KEEP_H
 

@@ -1,5 +1,6 @@
 /* Writes lines to a file. The kernel may act on SIGKILL between two pages of one write, so that a line across a page
  * boundary could be truncated. Files are therefore written by a child process, which completes its write. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _DEFAULT_SOURCE /* vfork */
 #include "records/lines.h"
 

@@ -1,4 +1,5 @@
 /* Lists the events of a run for its pictures. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/marks.h"
 
 #include <string.h>

@@ -1,5 +1,6 @@
 /* Times and names of the events that have written rows, and of hard contacts, for pictures. Summaries and checkpoints
  * list them, so that pictures of finished records show the events of the run. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_RECORDS_MARKS_H
 #define KT_COMMAND_RECORDS_MARKS_H
 

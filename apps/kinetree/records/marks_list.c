@@ -1,4 +1,5 @@
 /* Writes the events of a run as JSON, and reads such a list. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/marks.h"
 
 #include "text/json.h"

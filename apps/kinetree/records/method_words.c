@@ -1,4 +1,5 @@
 /* The method of a run in words. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/method_words.h"
 
 #include <stdio.h>

@@ -1,4 +1,5 @@
 /* The method of a run in words. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_RECORDS_METHOD_WORDS_H
 #define KT_COMMAND_RECORDS_METHOD_WORDS_H
 

@@ -1,4 +1,5 @@
 /* A program without HDF5. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/keep.h"
 
 const bool kt_hdf5_is_there = false;

@@ -1,4 +1,5 @@
 /* Result files: names, checks, and the renaming at the end. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _DEFAULT_SOURCE   /* flock */
 #define _XOPEN_SOURCE 700 /* realpath */
 #include "records/output.h"

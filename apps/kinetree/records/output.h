@@ -2,6 +2,7 @@
  * keeps its old content. The partial file of a failed run is also renamed if no NAME exists, and otherwise keeps its
  * name. Devices and pipes are written directly. Records, which are written as long as a run lasts, are locked against
  * other runs that would write them, too. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_RECORDS_OUTPUT_H
 #define KT_COMMAND_RECORDS_OUTPUT_H
 

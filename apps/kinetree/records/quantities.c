@@ -5,6 +5,7 @@
  *     sticking friction   force = multiplier of NAME.stick
  *     hard contact        kt_record_contact
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/gravity.h"
 
 #include "kinetree/dynamics.h"

@@ -6,6 +6,7 @@
  * until all are orthogonal. Their lengths are the singular values. Small values keep their relative accuracy, which a
  * decomposition of A A' would lose.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/gravity.h"
 
 #include "base/order.h"

@@ -1,4 +1,5 @@
 /* What a run does with each of its records. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/sinks.h"
 
 #include "advice/excess.h"

@@ -3,6 +3,7 @@
  * Coordinates are taken at every step, because they cost next to nothing. Markers and energies need the kinematics.
  * After the first steps, the kinematics of one step in STRIDE are computed on average. The distances vary, so that they
  * do not fall in with a period of the motion. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/steps.h"
 
 #include "kinetree/dynamics.h"

@@ -1,5 +1,6 @@
 /* The motion at the ends of steps: extremes of columns, the scale of energies, and how far coordinates move. Records
  * alone do not show these, because they may fall on turning points or skip whole periods. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_RECORDS_STEPS_H
 #define KT_COMMAND_RECORDS_STEPS_H
 

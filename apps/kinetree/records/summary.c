@@ -1,4 +1,5 @@
 /* The results of a run: the summary as JSON, and a short report for the terminal. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/excess.h"
 #include "open/released.h"
 #include "subcommands/run.h"

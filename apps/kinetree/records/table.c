@@ -1,4 +1,5 @@
 /* Reads CSV files into columns. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/table.h"
 
 #include "command.h"

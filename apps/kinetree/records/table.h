@@ -1,4 +1,5 @@
 /* Tables of numbers from CSV files. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_RECORDS_TABLE_H
 #define KT_COMMAND_RECORDS_TABLE_H
 

@@ -1,4 +1,5 @@
 /* Several results as one table. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/keep.h"
 
 int kt_table_read_files(char *const *paths, int count, kt_table *table) {

@@ -1,4 +1,5 @@
 /* kinetree accuracy: the cost of each accuracy for any scene (methods, step sizes and tolerances compared). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/accuracy.h"
 #include "open/start.h"
 #include "plot/plot.h"

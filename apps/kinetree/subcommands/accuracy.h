@@ -1,4 +1,5 @@
 /* Declarations shared by the files of `kinetree accuracy`. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_SUBCOMMANDS_ACCURACY_H
 #define KT_COMMAND_SUBCOMMANDS_ACCURACY_H
 

@@ -1,5 +1,6 @@
 /* `accuracy --vary`: runs a study for each value of a parameter. Each study writes one line, as a run of a sweep does:
  * the cheapest setting for each goal, and its cost. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/accuracy.h"
 
 #include "open/load.h"

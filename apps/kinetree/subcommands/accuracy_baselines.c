@@ -1,4 +1,5 @@
 /* kinetree accuracy --baselines: differential-algebraic formulations of closed loops, by implicit methods. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/accuracy.h"
 
 #include <math.h>

@@ -1,5 +1,6 @@
 /* Events and hard contacts in `kinetree accuracy`: the events of the scene in every run, and the errors of their
  * instants. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/accuracy.h"
 
 #include <math.h>

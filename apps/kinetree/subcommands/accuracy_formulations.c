@@ -1,4 +1,5 @@
 /* Compares formulations of closed loops: the reduction to independent coordinates, and the alternatives. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/accuracy.h"
 
 #include <math.h>

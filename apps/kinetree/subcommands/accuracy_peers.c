@@ -1,5 +1,6 @@
 /* Runs a scene in other engines. Each run is a process, so that a crash or a run without end is only a point that
  * failed. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _DEFAULT_SOURCE /* mkdtemp */
 #include "subcommands/accuracy_peers.h"
 

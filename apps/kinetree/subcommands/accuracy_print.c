@@ -1,4 +1,5 @@
 /* Prints the results of an accuracy study: tables, the cost of variants, and every run as CSV. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/output.h"
 #include "subcommands/accuracy.h"
 

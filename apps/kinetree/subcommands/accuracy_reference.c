@@ -1,4 +1,5 @@
 /* The records of a run, read as the reference of an accuracy study. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/keep.h"
 #include "subcommands/accuracy.h"
 

@@ -1,6 +1,7 @@
 /* accuracy --of: the errors that a study is about. They are those of positions, of velocities, or of a column of the
  * records. A column is an own column of the scene, or any quantity that `output.columns` may name. It is evaluated as
  * the formula of an own column. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/accuracy.h"
 
 #include <stdio.h>

@@ -1,4 +1,5 @@
 /* kinetree check: reports every error in scene files, and warns of doubtful values. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/advice.h"
 #include "advice/angles.h"
 #include "advice/penetration.h"

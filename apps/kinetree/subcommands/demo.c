@@ -1,4 +1,5 @@
 /* kinetree demo: lists and runs the bundled scenes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "open/bundled.h"
 #include "subcommands/run.h"
 #include "text/arguments.h"

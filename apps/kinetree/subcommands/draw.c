@@ -1,4 +1,5 @@
 /* kinetree draw: a picture of a mechanism in one state or several. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "draw/draw.h"
 
 #include "command.h"

@@ -1,4 +1,5 @@
 /* kinetree equilibrium: finds an equilibrium of a scene and judges its stability. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "command.h"
 #include "open/linear.h"
 #include "records/output.h"

@@ -1,4 +1,5 @@
 /* kinetree evaluate: prints the matrices and vectors of a scene's initial state as JSON. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/advice.h"
 #include "open/linear.h"
 #include "open/start.h"

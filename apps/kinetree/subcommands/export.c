@@ -1,4 +1,5 @@
 /* kinetree export: writes the mechanism of a scene as a robot in URDF or MJCF, its equations as C, or an FMU. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "command.h"
 #include "records/output.h"
 #include "subcommands/export_fmu.h"

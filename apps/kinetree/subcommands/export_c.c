@@ -1,4 +1,5 @@
 /* The C files of `kinetree export --c`: FILE.c and FILE.h, both whole or not at all. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/export_fmu.h"
 
 #include "base/names.h"

@@ -7,6 +7,7 @@
  * The binary is the same for all scenes. It reads the scene of the resources as a file without a folder. The command
  * reads it in the same way, so that a scene that needs other files is rejected here and not in the importer.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/export_fmu.h"
 
 #include "command.h"

@@ -1,5 +1,6 @@
 /* `kinetree export --fmu`: an FMU of FMI 3.0 or 2.0, for model exchange and co-simulation; and the C files of
  * `kinetree export --c`. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_SUBCOMMANDS_EXPORT_FMU_H
 #define KT_COMMAND_SUBCOMMANDS_EXPORT_FMU_H
 

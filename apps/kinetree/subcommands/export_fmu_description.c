@@ -5,6 +5,7 @@
  *     inputs: forces and torques of joints, functions of time (signal.h)
  *     parameters of the scene, fixed or tunable (roles.h)
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/export_fmu.h"
 
 #include "kinetree/joint.h"

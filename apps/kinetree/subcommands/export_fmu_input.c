@@ -3,6 +3,7 @@
  * A function that becomes an input is a number in the resource, its value at the time 0. The FMU therefore begins with
  * this value at rest. The first line of the resource names the inputs (signal.h).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/export_fmu.h"
 
 #include "command.h"

@@ -1,6 +1,7 @@
 /* Units and descriptions of the parameters of a scene, which has neither. A parameter is a number of the description if
  * the number equals it, up to its sign, for two values of the parameter. The key of this number has a name and a unit.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/export_fmu.h"
 
 #include "kinetree/descriptor.h"

@@ -1,5 +1,6 @@
 /* The table of subcommands, and kinetree help, which shows it on a terminal, as man pages or as shell completions. All
  * are generated from the tables of options by which command lines are parsed. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "open/load.h"
 #include "text/reference.h"
 

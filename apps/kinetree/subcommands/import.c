@@ -1,4 +1,5 @@
 /* kinetree import: reads a robot in URDF, MJCF or SDF and writes it as a scene. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "command.h"
 #include "records/output.h"
 #include "text/arguments.h"

@@ -1,4 +1,5 @@
 /* kinetree info: shows the contents of a scene. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/penetration.h"
 #include "subcommands/run.h"
 #include "text/arguments.h"

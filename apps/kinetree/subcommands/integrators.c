@@ -1,4 +1,5 @@
 /* kinetree integrators: prints the table of methods. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "command.h"
 #include "text/arguments.h"
 

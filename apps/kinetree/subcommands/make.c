@@ -1,4 +1,5 @@
 /* kinetree make: writes scenes of chains, pendulums and trees of any size. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "command.h"
 #include "sweep/sweep.h"
 #include "text/arguments.h"

@@ -1,4 +1,5 @@
 /* kinetree modes: computes frequencies, damping and shapes of a scene's small motions. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/modes.h"
 #include "command.h"
 #include "plot/plot.h"

@@ -1,4 +1,5 @@
 /* Declarations that the files of `kinetree modes` share. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_SUBCOMMANDS_MODES_H
 #define KT_COMMAND_SUBCOMMANDS_MODES_H
 

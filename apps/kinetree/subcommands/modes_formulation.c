@@ -1,5 +1,6 @@
 /* kinetree modes --formulation: the eigenvalues that another formulation of the loops adds to the spectrum of the
  * mechanism. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "command.h"
 #include "records/output.h"
 #include "subcommands/modes.h"

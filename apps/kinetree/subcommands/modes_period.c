@@ -1,4 +1,5 @@
 /* kinetree modes --period: the Floquet multipliers of a periodic motion. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "command.h"
 #include "records/output.h"
 #include "subcommands/modes.h"

@@ -1,4 +1,5 @@
 /* Pictures of modes: the mechanism deflected in each of the slowest, or bars by joints. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/modes.h"
 
 #include "command.h"

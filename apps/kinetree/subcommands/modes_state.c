@@ -1,4 +1,5 @@
 /* The state about which modes are. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/modes.h"
 
 #include "command.h"

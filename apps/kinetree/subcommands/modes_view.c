@@ -1,4 +1,5 @@
 /* A page that animates the modes of a scene. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/modes.h"
 
 #include "command.h"

@@ -1,5 +1,6 @@
 /* kinetree plot: draws the columns of a result, with one panel for each kind of quantity, because kinds differ in their
  * units. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "plot/plot.h"
 #include "command.h"
 #include "plot/kind.h"

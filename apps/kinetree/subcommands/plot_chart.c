@@ -1,4 +1,5 @@
 /* The chart of the records of runs: panels, titles and marks. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/plot_chart.h"
 #include "command.h"
 #include "plot/choice.h"

@@ -1,4 +1,5 @@
 /* The arguments of 'kinetree plot', and the chart of the records of runs. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_SUBCOMMANDS_PLOT_CHART_H
 #define KT_COMMAND_SUBCOMMANDS_PLOT_CHART_H
 

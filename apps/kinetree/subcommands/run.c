@@ -1,4 +1,5 @@
 /* kinetree run: simulates a scene and writes its records. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "records/checkpoint.h"
 #include "records/interrupt.h"
 #include "records/sinks.h"

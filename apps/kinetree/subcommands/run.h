@@ -1,4 +1,5 @@
 /* Declarations shared by the files of `kinetree run`. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_SUBCOMMANDS_RUN_H
 #define KT_COMMAND_SUBCOMMANDS_RUN_H
 

@@ -1,4 +1,5 @@
 /* Parses the command line of `kinetree run` and applies its options to the scene. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/modes.h"
 #include "subcommands/run.h"
 #include "text/arguments.h"

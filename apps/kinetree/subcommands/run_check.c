@@ -13,6 +13,7 @@
  * The run keeps its states at all records. A record of the second run at the same time is compared with them. The
  * estimate fails if the two runs part: then the error is as large as their difference, or larger.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/run.h"
 
 #include "base/grow.h"

@@ -1,4 +1,5 @@
 /* run --scene: the scene with the end of the run as its initial state. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "open/load.h"
 #include "open/released.h"
 #include "subcommands/run.h"

@@ -1,4 +1,5 @@
 /* The files of `kinetree run`: checks of their names before the run. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "command.h"
 #include "plot/run.h"
 #include "records/checkpoint.h"

@@ -1,4 +1,5 @@
 /* Records of a run as HDF5: their columns, and the parameters of the scene as attributes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/run.h"
 
 #include <stdlib.h>

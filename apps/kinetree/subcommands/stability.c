@@ -1,4 +1,5 @@
 /* kinetree stability: finds the fastest modes of a scene, and the largest stable step of each method. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/stability.h"
 
 #include "advice/penetration.h"

@@ -1,4 +1,5 @@
 /* Declarations shared by the files of `kinetree stability`; `kinetree run` uses the descriptions of modes, too. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_SUBCOMMANDS_STABILITY_H
 #define KT_COMMAND_SUBCOMMANDS_STABILITY_H
 

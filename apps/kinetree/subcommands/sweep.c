@@ -1,4 +1,5 @@
 /* kinetree sweep: many runs of one scene, a line each. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sweep/sweep.h"
 #include "open/load.h"
 #include "records/interrupt.h"

@@ -1,5 +1,6 @@
 /* Confirmation of large sweeps. The expected time is measured on blocks of runs, evenly spaced over the sweep. The
  * first runs of a grid may cost less or more than others. Blocks grow until they take long enough for a clock. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sweep/sweep.h"
 
 #include "subcommands/run.h"

@@ -1,4 +1,5 @@
 /* Functionals of the columns of a run (--functionals): its last, least and greatest value, and others. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sweep/sweep.h"
 
 #include "text/list.h"

@@ -4,6 +4,7 @@
  * checksum of the plan and the scene, the number of all runs, and the runs of the part. Parts of one sweep have equal
  * checksums.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sweep/merge.h"
 #include "records/output.h"
 #include "text/input.h"

@@ -1,4 +1,5 @@
 /* Parts of a sweep (--shard), and how they are put together (--merge). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_SWEEP_MERGE_H
 #define KT_COMMAND_SWEEP_MERGE_H
 

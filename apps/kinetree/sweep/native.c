@@ -1,4 +1,5 @@
 /* The file of --native, which all runs of a sweep share. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sweep/sweep.h"
 
 /* How many runs of a tree a thread computes at a time, in lanes; 1: it has loops, or lanes do not compute it. */

@@ -1,4 +1,5 @@
 /* A program without MPI. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sweep/ranks.h"
 
 kt_ranks *kt_ranks_start(int *code) {

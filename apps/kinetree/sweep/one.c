@@ -1,5 +1,6 @@
 /* One run of a sweep, as a line: its values, its end, its cost, and the last, least and greatest value of each
  * column of its records. A run that fails is a line, too. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sweep/sweep.h"
 
 #include "advice/angles.h"

@@ -1,6 +1,7 @@
 /* The runs of a sweep: a grid of ranges and lists, a sample of ranges, or the rows of a table. Each may have
  * random values. Everything about a run follows from its number, so that any part of a sweep can be computed
  * anywhere. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sweep/sweep.h"
 
 #include "records/output.h"

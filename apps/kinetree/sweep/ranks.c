@@ -10,6 +10,7 @@
  * This repeats the work of a lost rank. Whichever comes first is taken, because the bytes are equal. If no rank is
  * left, rank 0 computes. By default, MPI ends all ranks with the first lost one, and --resume continues the sweep. An
  * option changes this (mpirun --enable-recovery of Open MPI). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sweep/ranks.h"
 #include "subcommands/run.h"
 

@@ -1,5 +1,6 @@
 /* Sweeps over the processes of MPI (ranks.c; no_ranks.c in builds without MPI). Rank 0 distributes blocks of runs,
  * receives their results, and writes. The others compute. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_SWEEP_RANKS_H
 #define KT_COMMAND_SWEEP_RANKS_H
 

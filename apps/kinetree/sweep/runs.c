@@ -3,6 +3,7 @@
  * and those that are there behind it, in the order of the runs: none waits for lines, and nobody has to be woken
  * for one. So that those that wait for a slow run do not fill memory, no thread is further than a window of runs
  * ahead. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sweep/sweep.h"
 
 #include <pthread.h>

@@ -8,6 +8,7 @@
  *     m_k = 2 a_1 m_(k-1) ^ 4 a_2 m_(k-2) ^ ... ^ 2^(s-1) a_(s-1) m_(k-s+1) ^ 2^s m_(k-s) ^ m_(k-s)
  *
  * and x_n = sum of m_k / 2^k over the bits of the Gray code of n. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sweep/sweep.h"
 
 enum { BITS = 52, DEGREE_MAX = 6 };

@@ -1,5 +1,6 @@
 /* Many runs of one scene. plan.c lists the runs, one.c computes one of them, and runs.c computes all of them in
  * several threads. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_SWEEP_SWEEP_H
 #define KT_COMMAND_SWEEP_SWEEP_H
 

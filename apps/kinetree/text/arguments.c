@@ -1,4 +1,5 @@
 /* Parses command lines by tables of options. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "text/arguments.h"
 
 #include "base/decimal.h"

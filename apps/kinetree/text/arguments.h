@@ -1,4 +1,5 @@
 /* The command line of a subcommand: a table of options, parsed into a plain struct. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_TEXT_ARGUMENTS_H
 #define KT_COMMAND_TEXT_ARGUMENTS_H
 

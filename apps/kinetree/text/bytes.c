@@ -1,4 +1,5 @@
 /* Bytes or text that grow: the room doubles. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "text/bytes.h"
 
 #include <stdarg.h>

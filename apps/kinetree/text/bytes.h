@@ -1,4 +1,5 @@
 /* Bytes or text that grow. A struct of zeros has none. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_TEXT_BYTES_H
 #define KT_COMMAND_TEXT_BYTES_H
 

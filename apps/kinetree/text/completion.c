@@ -3,6 +3,7 @@
  * The help shows a word for each argument, which determines its completion. FILE is any file. SCENE is a *.yaml file,
  * ROBOT a *.urdf file, RESULT a *.csv file. NAME of demo is a bundled scene. a|b|c is one of these words. The option
  * --integrator takes a method. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/text.h"
 #include "text/reference.h"
 

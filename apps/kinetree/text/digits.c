@@ -7,6 +7,7 @@
  * rounded to the nearest integer, and to even between two of them. For 0 <= k <= 27 the product m 5^k has at most 116
  * bits, so that its bits below 2^-(e+k) are exact: they decide the rounding. Other numbers are left to snprintf.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "text/digits.h"
 
 #include <math.h>

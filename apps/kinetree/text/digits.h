@@ -1,4 +1,5 @@
 /* Numbers with 17 significant digits, as records have them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_TEXT_DIGITS_H
 #define KT_COMMAND_TEXT_DIGITS_H
 

@@ -1,4 +1,5 @@
 /* Files that a command or a scene names. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "text/input.h"
 
 #include "command.h"

@@ -1,5 +1,6 @@
 /* Files that a command or a scene names, for the command: "-" is standard input, and errors are printed. All of them
  * are opened by document/file.h. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_TEXT_INPUT_H
 #define KT_COMMAND_TEXT_INPUT_H
 

@@ -1,4 +1,5 @@
 /* Converts values of the library to JSON, using jansson. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "text/json.h"
 
 #include "command.h"

@@ -1,4 +1,5 @@
 /* Converts values of the library to JSON. Each function returns a new object, or NULL if memory is insufficient. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_TEXT_JSON_H
 #define KT_COMMAND_TEXT_JSON_H
 

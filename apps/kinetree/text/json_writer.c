@@ -1,4 +1,5 @@
 /* Writes JSON text value by value. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "text/json_writer.h"
 
 #include "command.h"

@@ -9,6 +9,7 @@
  *
  * key: the member's name, plain ASCII; NULL within a list, or for the whole. Texts have \u003c for "<", so that nothing
  * in them is markup where the JSON is an element of a page. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_TEXT_JSON_WRITER_H
 #define KT_COMMAND_TEXT_JSON_WRITER_H
 

@@ -1,4 +1,5 @@
 /* Lists of the command line: words, or numbers, with commas between. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "text/list.h"
 
 #include "base/decimal.h"

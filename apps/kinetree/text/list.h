@@ -1,4 +1,5 @@
 /* Lists of the command line: words, or numbers, with commas between. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_TEXT_LIST_H
 #define KT_COMMAND_TEXT_LIST_H
 

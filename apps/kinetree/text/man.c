@@ -1,4 +1,5 @@
 /* Writes man pages in the macros of man(7), generated from the tables of options. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "text/reference.h"
 
 #include <ctype.h>

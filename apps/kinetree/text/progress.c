@@ -1,4 +1,5 @@
 /* Draws a progress bar for runs that take more than a second. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/run.h"
 
 #include <limits.h>

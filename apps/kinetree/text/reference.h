@@ -1,4 +1,5 @@
 /* Man pages, shell completions and the pages of types, as written by 'kinetree help'; the tree of a model as text. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_TEXT_REFERENCE_H
 #define KT_COMMAND_TEXT_REFERENCE_H
 

@@ -1,4 +1,5 @@
 /* Names and errors as texts for display. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "command.h"
 
 #include "base/escape.h"

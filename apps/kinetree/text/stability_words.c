@@ -1,4 +1,5 @@
 /* Describes modes in words. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/stability.h"
 
 #include <math.h>

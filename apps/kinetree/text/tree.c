@@ -5,6 +5,7 @@
  *
  * Then the tree is cut at the deepest level that keeps it within LINES_MAX lines. Levels count branchings, not the
  * bodies of a run. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "text/reference.h"
 
 #include "command.h"

@@ -1,5 +1,6 @@
 /* Prints 'kinetree help TYPE' and the page of all types. Both are generated from the descriptors by which scenes are
  * read. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "text/reference.h"
 
 #include "kinetree/descriptor.h"

@@ -1,4 +1,5 @@
 /* kinetree --version: what a report of a fault needs. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "command.h"
 
 #include "kinetree/kinetree.h"

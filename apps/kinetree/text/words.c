@@ -1,4 +1,5 @@
 /* Messages to the user, on standard error. Data are written to standard output. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "command.h"
 
 #include "base/escape.h"

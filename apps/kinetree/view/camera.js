@@ -1,4 +1,5 @@
 /* The observer, who turns about a target: azimuth about the upward direction, elevation above the horizon. */
+/* SPDX-License-Identifier: Apache-2.0 */
 
 class Camera {
     constructor(data) {

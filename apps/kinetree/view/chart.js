@@ -1,5 +1,6 @@
 /* The chart: chosen columns against time, a panel for each unit, the present time as a line that moves with the
  * slider. The curves are painted once; what moves lies over them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 
 const DASHES = [[], [6, 3], [2, 2], [8, 3, 2, 3]];
 

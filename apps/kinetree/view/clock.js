@@ -1,4 +1,5 @@
 /* The time that the page shows: its pace, its steps, and drawing that keeps up with it. */
+/* SPDX-License-Identifier: Apache-2.0 */
 
 const find = (id) => document.getElementById(id);
 const SPEEDS = [1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 1000, 10000];

@@ -1,4 +1,5 @@
 /* The mechanism of a page as JSON: its bodies, solids, joints, loops and effects, and the columns of its frames. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "view/view.h"
 
 #include "command.h"

@@ -5,6 +5,7 @@ The page is cut where the program puts in the mechanism (@DATA@) and the frames 
 puts in the scene (@SCENE@) and the engine (@ENGINE@). The parts of a live page stand at fixed places of the same page.
 Its policy allows its own script, by the script's hash, WebAssembly and the worker.
 """
+# SPDX-License-Identifier: Apache-2.0
 import base64
 import hashlib
 import sys

@@ -1,4 +1,5 @@
 /* Facts that follow from the data of a view, without a page. */
+/* SPDX-License-Identifier: Apache-2.0 */
 
 /* The largest set of bodies with solids that joints, loops and effects join, the world left out; of equal ones the
  * heaviest: the robot, but not what lies around it. */

@@ -1,5 +1,6 @@
 /* What is painted: the solids of the bodies, symbols of joints, loops and contacts, all fixed to their bodies; and what
  * changes from frame to frame: springs, gaps of loops, arrows, traces. */
+/* SPDX-License-Identifier: Apache-2.0 */
 
 const SERIES = [[0.0, 0.447, 0.698], [0.835, 0.369, 0.0], [0.0, 0.62, 0.451], [0.8, 0.475, 0.655], [0.902, 0.624, 0.0],
     [0.337, 0.706, 0.914]];

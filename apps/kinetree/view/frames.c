@@ -1,4 +1,5 @@
 /* The frames of a motion as one block of numbers; view/motion.js defines their order. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "view/motion.h"
 
 #include "picture/picture_mesh.h"

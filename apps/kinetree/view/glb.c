@@ -4,6 +4,7 @@
  * The root node turns the upward direction into y, as the format requires, and puts the mechanism in its place. Its
  * children are the bodies, and the children of bodies are the solids. Solids of one size share their numbers. If their
  * colour is the same, they also share the mesh. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "view/view.h"
 
 #include "command.h"

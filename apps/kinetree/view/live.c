@@ -4,6 +4,7 @@
  * keeps the parameters, so that the page has sliders for them. A scene that is no such text, or that reads other files,
  * is written as it was read: numbers take the place of tables and parameters.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "view/live.h"
 
 #include "open/bundled.h"

@@ -3,6 +3,7 @@
  * A mode moves each body relative to its parent by a screw, linear in the amplitude: in the parent's axes, about the parent's origin, a
  * rotation vector and a velocity of the point at that origin, the real and the imaginary part of each. Its exponential keeps the parts of every
  * pivot and slide together at any amplitude; loops open in second order of the amplitude. */
+/* SPDX-License-Identifier: Apache-2.0 */
 
 const PERIOD = 2, CONSTANTS = 3; /* seconds in which the page shows a period; time constants of a mode that does not oscillate */
 

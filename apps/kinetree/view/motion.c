@@ -1,4 +1,5 @@
 /* The motion of a mechanism for pictures that move. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "view/motion.h"
 
 #include "command.h"

@@ -5,6 +5,7 @@
  *     code = kt_view_write(motion, ...), kt_glb_write(motion, ...)
  *     kt_motion_free(motion);
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_VIEW_MOTION_H
 #define KT_COMMAND_VIEW_MOTION_H
 

@@ -5,6 +5,7 @@
  * neighbouring frames may be interpolated; columns, float32 [frame][column]; arrows, float32 [frame][arrow][3]; lines of
  * the paths of effects, less `centre`, float32 [frame][line][2][3]; of each solid that is a mesh its points, three a
  * triangle, and their normals, in shares of the box, int16 [point][6]. */
+/* SPDX-License-Identifier: Apache-2.0 */
 
 function decode(text) {
     if (Uint8Array.fromBase64)

@@ -1,5 +1,6 @@
 /* Vectors are arrays of three numbers, quaternions [w, x, y, z]; matrices have 16 numbers, by columns, as WebGL takes
  * them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 
 const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 const sub = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];

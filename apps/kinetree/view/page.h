@@ -1,5 +1,6 @@
 /* The page before the JSON, between it and the frames, and after them; made by embed.py. A live page has the scene and
  * the engine behind the frames. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_VIEW_PAGE_H
 #define KT_COMMAND_VIEW_PAGE_H
 

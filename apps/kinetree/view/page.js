@@ -1,4 +1,5 @@
 /* The page: reads the data, paints when something has changed, and listens to keys, buttons and the slider. */
+/* SPDX-License-Identifier: Apache-2.0 */
 
 const NAMES_MAX = 60;
 

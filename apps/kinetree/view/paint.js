@@ -1,5 +1,6 @@
 /* Painting with WebGL 2: solids as instances of a few meshes, whose bodies' poses are in a texture, and lines as
  * rectangles of some pixels' width. The same solids, painted with numbers for colours, tell what is under the pointer. */
+/* SPDX-License-Identifier: Apache-2.0 */
 
 const SOLID_VERTEX = `#version 300 es
 precision highp float;

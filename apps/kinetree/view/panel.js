@@ -1,4 +1,5 @@
 /* The panel beside the picture: layers, modes, traces and bodies, each with a box to tick. */
+/* SPDX-License-Identifier: Apache-2.0 */
 
 const LISTED_MAX = 300;
 

@@ -1,5 +1,6 @@
 /* Writes the page that shows a motion. The build makes texts of the page's sources (view/embed.py). Between these texts
  * are the description of the mechanism as JSON and the frames in base64. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "view/view.h"
 
 #include "command.h"

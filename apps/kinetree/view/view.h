@@ -1,4 +1,5 @@
 /* A page that shows a motion: one HTML file that needs nothing else, neither a network nor other files. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_VIEW_VIEW_H
 #define KT_COMMAND_VIEW_VIEW_H
 

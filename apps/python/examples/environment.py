@@ -1,4 +1,5 @@
 """An environment of 1,024 carts with poles, each with another pole, under one law."""
+# SPDX-License-Identifier: Apache-2.0
 import kinetree as kt
 import numpy as np
 from numpy.typing import NDArray

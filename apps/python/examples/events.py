@@ -1,4 +1,5 @@
 """A ball that bounces: an event finds each impact, and its action turns the velocity round."""
+# SPDX-License-Identifier: Apache-2.0
 import kinetree as kt
 import numpy as np
 

@@ -1,4 +1,5 @@
 """A force of one's own: the wind on a swinging sign, against the effect of the engine."""
+# SPDX-License-Identifier: Apache-2.0
 from typing import Any, Dict, List
 
 import kinetree as kt

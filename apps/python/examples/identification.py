@@ -1,4 +1,5 @@
 """Base parameters of an arm from torques that a motion needs."""
+# SPDX-License-Identifier: Apache-2.0
 import kinetree as kt
 import numpy as np
 

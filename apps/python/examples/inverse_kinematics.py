@@ -1,4 +1,5 @@
 """A five-bar linkage draws a circle: its loops stay closed, and its tip is on the circle."""
+# SPDX-License-Identifier: Apache-2.0
 import kinetree as kt
 import numpy as np
 

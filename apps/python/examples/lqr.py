@@ -1,4 +1,5 @@
 """A linear-quadratic regulator balances a pole on a cart."""
+# SPDX-License-Identifier: Apache-2.0
 import kinetree as kt
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,5 @@
 """The drive of a four-bar linkage: its torque from the multiplier, and the load on its bearings."""
+# SPDX-License-Identifier: Apache-2.0
 import kinetree as kt
 import numpy as np
 

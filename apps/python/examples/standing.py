@@ -1,4 +1,5 @@
 """A robot with four legs stands on the floor: its joints are held by a law, and contacts carry its weight."""
+# SPDX-License-Identifier: Apache-2.0
 import kinetree as kt
 import numpy as np
 from numpy.typing import NDArray

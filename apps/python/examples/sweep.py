@@ -1,4 +1,5 @@
 """The period of a pendulum against its length, by a sweep over all processors."""
+# SPDX-License-Identifier: Apache-2.0
 import kinetree as kt
 import numpy as np
 

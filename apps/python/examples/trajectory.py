@@ -1,4 +1,5 @@
 """The torques that swing a pendulum up in a second with the least effort, by exact gradients of the motion."""
+# SPDX-License-Identifier: Apache-2.0
 from typing import Tuple
 
 import kinetree as kt

@@ -9,6 +9,7 @@
 state, `Scene.simulation` is a control loop, `Model.batch` computes many states at once. `ffi` and `lib` are the C interface
 itself: every public function, without checks of sizes.
 """
+# SPDX-License-Identifier: Apache-2.0
 from typing import TYPE_CHECKING
 
 from . import callbacks as _callbacks  # noqa: F401 (defines the functions that C calls)

@@ -1,4 +1,5 @@
 """``python -m kinetree`` is the command."""
+# SPDX-License-Identifier: Apache-2.0
 import os
 import sys
 

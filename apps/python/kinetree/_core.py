@@ -1,4 +1,5 @@
 """Errors, memory and arrays: the part that all other modules share."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 import difflib

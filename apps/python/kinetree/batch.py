@@ -1,4 +1,5 @@
 """Many states of one model at once, in lanes and threads."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 from typing import Any, Dict, List, Optional, Sequence, Tuple, Union

@@ -1,4 +1,5 @@
 """Functions of Python that C calls: reports of faults, records, events and effects."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 import ctypes

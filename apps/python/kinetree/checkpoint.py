@@ -1,4 +1,5 @@
 """Checkpoints and copies of a simulation."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 import copy

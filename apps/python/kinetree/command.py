@@ -1,4 +1,5 @@
 """The `kinetree` command: runs, sweeps, pictures and reports of scenes."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 import contextlib

@@ -1,4 +1,5 @@
 """Loops, reactions and contacts at a state, and positions that reach targets."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple

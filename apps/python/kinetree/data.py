@@ -1,4 +1,5 @@
 """Evaluations at a state: dynamics, derivatives, constraints and kinematics."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 from typing import Any, Dict, List, Optional, Sequence, Tuple, Union

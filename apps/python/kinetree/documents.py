@@ -1,4 +1,5 @@
 """Scenes as text: names of objects in place of lines, bundled scenes, and the JSON of the command as arrays."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 import json

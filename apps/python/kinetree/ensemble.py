@@ -1,4 +1,5 @@
 """Many simulations at once, with the stages of their steps in lanes."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 import contextlib

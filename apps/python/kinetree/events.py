@@ -1,4 +1,5 @@
 """Events of a simulation: those of a program, of the scene and of hard contacts."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 from typing import Any, Callable, List, Optional

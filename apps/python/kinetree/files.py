@@ -1,4 +1,5 @@
 """The content of the files of a scene: a later edit of a file changes nothing in the scene that was read from it."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 import os

@@ -1,4 +1,5 @@
 """Gradients of a sum of costs over many steps."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 from typing import Any, Callable, NamedTuple, Optional, Tuple

@@ -1,4 +1,5 @@
 """Regressors and base parameters: what measurements of a motion determine."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 from typing import Any, List, NamedTuple, Optional

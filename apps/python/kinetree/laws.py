@@ -1,4 +1,5 @@
 """Functions of a program in a simulation: laws, events and records."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 import threading

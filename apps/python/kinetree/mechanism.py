@@ -3,6 +3,7 @@
 Each type of the scene format is a function: ``joint.revolute(axis="z")``, ``shape.rod(to=[1, 0, 0])``, ``effect.spring(...)``,
 ``loop.spherical(...)``. Their keywords are the keys of the format, and the engine checks them.
 """
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 from typing import Any, Callable, Dict, List, Optional

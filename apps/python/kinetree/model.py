@@ -1,4 +1,5 @@
 """Models (immutable) and data (the workspace of one thread)."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 import itertools

@@ -1,4 +1,5 @@
 """The present model of a simulation, and the data of it."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 from typing import Any

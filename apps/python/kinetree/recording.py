@@ -1,4 +1,5 @@
 """Records of a simulation that Python drives, as a `Run`."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tuple

@@ -1,4 +1,5 @@
 """Results: the records of a run and the table of a sweep, as numpy arrays by column name."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 import fnmatch

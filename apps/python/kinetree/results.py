@@ -1,4 +1,5 @@
 """What the command leaves: files of records and summaries, tables and pictures."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 import html

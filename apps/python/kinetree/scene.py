@@ -1,4 +1,5 @@
 """Scenes and robots: read a file or a text, then run it, vary it, or compile its model."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 import copy

@@ -1,4 +1,5 @@
 """The clock: steps, control loops, events and checkpoints, in this process."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 import contextlib

@@ -1,4 +1,5 @@
 """The watch over a simulation: the rules of the command for the start, the steps and the energy."""
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 import json

@@ -2,6 +2,7 @@
 
 The package must be importable.
 """
+# SPDX-License-Identifier: Apache-2.0
 import inspect
 
 import kinetree as kt

@@ -3,6 +3,7 @@
 An editor then completes the keywords of each joint, loop, effect and shape, and mypy rejects a name or a keyword that does not exist.
 The package must be importable.
 """
+# SPDX-License-Identifier: Apache-2.0
 import keyword
 import math
 import textwrap

@@ -1,4 +1,5 @@
 /* Work in a child process that answers through a pipe. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/apart.h"
 
 #include <errno.h>

@@ -1,5 +1,6 @@
 /* Work in a child process: a library that crashes on a damaged file ends the child alone. The child has a limited time
  * and 4 GiB of addresses (KT_LIMITS_ADDRESSES), writes nothing to the standard streams, and answers through a pipe. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DOCUMENT_APART_H
 #define KT_DOCUMENT_APART_H
 

@@ -1,4 +1,5 @@
 /* Reading a document: memory, faults with their places, scopes of messages, tables of keys. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DOCUMENT_DOCUMENT_READER_H
 #define KT_DOCUMENT_DOCUMENT_READER_H
 

@@ -1,4 +1,5 @@
 /* Characters that a scene file may consist of, and texts that need no quotes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/document_text.h"
 #include "base/text.h"
 

@@ -1,4 +1,5 @@
 /* Characters that a scene file may consist of, and texts that need no quotes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DOCUMENT_DOCUMENT_TEXT_H
 #define KT_DOCUMENT_DOCUMENT_TEXT_H
 

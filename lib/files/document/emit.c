@@ -3,6 +3,7 @@
  * The layout is part of the format and must not change with the version of a library, so that this file writes it.
  * Block mappings and lists are indented by two, short values are in flow style, and lines are broken near column 110.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/emit.h"
 
 #include "document/document_text.h"

@@ -1,4 +1,5 @@
 /* YAML in the layout of scene-files.md, to a stream. All functions require the C locale. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DOCUMENT_EMIT_H
 #define KT_DOCUMENT_EMIT_H
 

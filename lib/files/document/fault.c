@@ -3,6 +3,7 @@
  * A message is [NOUN 'NAME': ][PATH: ]TEXT . The noun names the innermost body, loop or effect, and the path is the
  * position within this item. An example is "body 'crank': joint.axis: the axis is zero".
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/document_reader.h"
 #include "document/number.h"
 

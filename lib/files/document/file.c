@@ -1,4 +1,5 @@
 /* A whole file in memory. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/file.h"
 
 #include <errno.h>

@@ -1,5 +1,6 @@
 /* Files that a scene or a command names: opened and read with one set of rules. A device, a pipe and a folder are
  * rejected, no call waits, and each kind of file has a limit of its size. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DOCUMENT_FILE_H
 #define KT_DOCUMENT_FILE_H
 

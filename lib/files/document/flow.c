@@ -4,6 +4,7 @@
  *     value  = '{' [text ':' value {',' text ':' value}] '}' | '[' [value {',' value}] ']' | text
  *     text   = '"' characters with escapes '"' | "'" characters, '' for ' "'" | plain characters
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/node_builder.h"
 
 #include <stdlib.h>

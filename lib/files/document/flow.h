@@ -1,4 +1,5 @@
 /* Documents in the flow style of YAML, {key: value, list: [1, 2]}, which FMUs read without libyaml. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DOCUMENT_FLOW_H
 #define KT_DOCUMENT_FLOW_H
 

@@ -1,5 +1,6 @@
 /* Writes trees of nodes in flow style. Plain texts are quoted, unless they are words. Numbers, and words that a scene
  * does not read as text (true, null), stay plain. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/flow.h"
 
 #include "document/number.h"

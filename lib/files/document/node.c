@@ -1,4 +1,5 @@
 /* Trees of nodes: queries, and their construction from the events of a parser. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/node_builder.h"
 
 #include <string.h>

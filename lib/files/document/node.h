@@ -1,4 +1,5 @@
 /* A scene file as a tree of nodes, each with its line and column. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DOCUMENT_NODE_H
 #define KT_DOCUMENT_NODE_H
 

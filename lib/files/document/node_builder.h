@@ -1,4 +1,5 @@
 /* Builds a tree of nodes from the events of a parser. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DOCUMENT_NODE_BUILDER_H
 #define KT_DOCUMENT_NODE_BUILDER_H
 

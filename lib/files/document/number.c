@@ -1,4 +1,5 @@
 /* Numbers and angles as a scene file writes them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/number.h"
 
 #include "algebra/angle.h"

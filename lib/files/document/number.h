@@ -1,4 +1,5 @@
 /* Numbers and angles as a scene file writes them. All functions require the C locale, which kt_scene_parse sets. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DOCUMENT_NUMBER_H
 #define KT_DOCUMENT_NUMBER_H
 

@@ -1,5 +1,6 @@
 /* Mappings by tables: one list of keys serves reading, writing, comparing and suggesting. If a mapping has types, its
  * keys are the keys of the table and of the type's descriptor. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/document_reader.h"
 #include "document/number.h"
 

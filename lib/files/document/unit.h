@@ -1,4 +1,5 @@
 /* Units of physical quantities by their names. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DOCUMENT_UNIT_H
 #define KT_DOCUMENT_UNIT_H
 

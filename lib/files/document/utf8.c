@@ -1,4 +1,5 @@
 /* Decodes UTF-8. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/document_text.h"
 
 size_t kt_utf8_decode(const char *text, size_t size, uint32_t *character) {

@@ -1,4 +1,5 @@
 /* Reads XML by expat into a tree of elements. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/xml.h"
 
 #include <expat.h>

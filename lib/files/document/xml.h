@@ -1,4 +1,5 @@
 /* An XML file as a tree of elements, each with its line and column. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DOCUMENT_XML_H
 #define KT_DOCUMENT_XML_H
 

@@ -5,6 +5,7 @@
  * ones. Aliases and anchors are rejected, so that time and memory of reading grow with the size of the file alone. Tags
  * are rejected, since a scene's own keys determine the type of each value.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/node_builder.h"
 
 #include "document/document_text.h"

@@ -4,6 +4,7 @@
  *
  * Edges are sorted by their two ends, so that those of one pair follow each other. O(n log n).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/mesh.h"
 
 #include "base/order.h"

@@ -2,6 +2,7 @@
  * approximations for rendering complex scenes", 1993. Space is divided into cubes. All vertices in a cube become their
  * mean, and triangles with two corners in one cube vanish. With cubes as fine as rounding, the result is the surface
  * with its vertices shared. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/mesh.h"
 
 #include "algebra/elementary.h"

@@ -14,6 +14,7 @@
  * decisions use slightly moved points. Each coordinate, as a part of its range, is moved by up to MOVE, at random.
  * Points nearer than NEAR count as one point. The resulting triangles have the vertices of the file. The volume that
  * they enclose differs from the hull by the part MOVE of its area times its size. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/mesh.h"
 
 #include "algebra/elementary.h"

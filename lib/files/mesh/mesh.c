@@ -1,4 +1,5 @@
 /* Files of triangles: STL, OBJ, and MuJoCo's MSH. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/mesh.h"
 
 #include "base/grow.h"

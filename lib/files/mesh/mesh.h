@@ -1,4 +1,5 @@
 /* Surfaces of triangles, from the files of robots, and the mass of the enclosed bodies. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MESH_MESH_H
 #define KT_MESH_MESH_H
 

@@ -12,6 +12,7 @@
  * A shell has the area A of each triangle in place of V, and the centroid (a + b + c) / 3. Its second moments have
  * A / 12 in place of V / 20.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/mesh.h"
 
 #include <math.h>

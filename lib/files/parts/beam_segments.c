@@ -20,6 +20,7 @@
  * forces and strains are those of a geometrically exact beam, of which these equations are a difference scheme: J. C.
  * Simo, CMAME 49, p. 55 (1985).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "parts/builder.h"
 
 #include "base/require.h"

@@ -1,4 +1,5 @@
 /* A builder: arrays that double when they are full, and a pool for the names. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "parts/builder.h"
 
 #include "base/grow.h"

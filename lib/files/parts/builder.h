@@ -1,4 +1,5 @@
 /* The arrays of a builder. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BUILD_BUILDER_H
 #define KT_BUILD_BUILDER_H
 

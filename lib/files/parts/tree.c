@@ -3,6 +3,7 @@
  * With the branching b, link i has the parent (i - 2) / b + 1, rounded down. The children of a link number
  * k = 0 .. b - 1. The joint of child k is turned about z by fan (k / (b - 1) - 1/2).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "parts/builder.h"
 
 #include "base/require.h"

@@ -1,4 +1,5 @@
 /* Pictures of robots: the solids and meshes of their links. They have no effect on the motion. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/check.h"
 #include "robot/robot.h"
 

@@ -3,6 +3,7 @@
  * The numbers of MuJoCo that these formats lack are its defaults, with elliptic cones and an impratio of RATIO, with
  * which feet hardly creep. Friction is that of the file. The smaller friction of two shapes applies, as in Gazebo.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/file.h"
 #include "kinetree/dynamics.h"
 #include "linear/cholesky.h"

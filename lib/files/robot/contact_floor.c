@@ -4,6 +4,7 @@
  * edges do not matter if every shape that moves starts with its middle above the face, and within the edges. A table
  * below a robot is such a box. A step next to the robot is none, and neither is a base on which the robot turns. The
  * upper face has the normal that is the nearest to the direction against gravity. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/robot_contact.h"
 
 #include <math.h>

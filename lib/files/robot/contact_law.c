@@ -14,6 +14,7 @@
  *     N = K x^m (1 + 3/2 c x').
  * It has MuJoCo's depth x1 under an eighth of the robot's weight, and MuJoCo's depth x2 under half of it. Damping and
  * creep equal MuJoCo's at x1. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/robot_contact.h"
 
 #include <math.h>

@@ -9,6 +9,7 @@
  *
  * Else the mesh needs vertices that are the farthest in the directions to faces, edges and corners of its box. A point
  * that surpasses all others by less than the tolerance is left out. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/robot_contact.h"
 
 #include "algebra/elementary.h"

@@ -6,6 +6,7 @@
  * A stop without a stiffness is as soft as MuJoCo's default for limits, under a force that accelerates its joint by
  * 9.81 rad/s^2 or m/s^2: the mobility is (M^-1)_jj, at the start.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/dynamics.h"
 #include "linear/cholesky.h"
 #include "robot/robot_contact.h"

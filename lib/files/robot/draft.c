@@ -1,4 +1,5 @@
 /* The scene that a reader of robots builds: bodies, loops and effects, each with its element of the file. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/robot_contact.h"
 
 #include <string.h>

@@ -2,6 +2,7 @@
  *
  * These files are in the folder of the robot, or in folders that the caller names (options->search, options->allow). A
  * path to another folder is rejected, also if the path leads there through links of the file system. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _XOPEN_SOURCE 700 /* realpath, stat */
 #include "base/text.h"
 #include "document/file.h"

@@ -1,5 +1,6 @@
 /* A mechanism from a file, ready to run. One call makes the calls that a program would make one by one, and one call
  * releases all results. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/require.h"
 #include "kinetree/import.h"
 

@@ -4,6 +4,7 @@
  * Classes and settings determine the meaning of all other attributes. Bodies, joints and masses come next, then the
  * start, then the remaining items of the scene.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf.h"
 
 /* ---- notes ------------------------------------------------------------------------------------------------------- */

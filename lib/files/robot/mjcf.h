@@ -1,4 +1,5 @@
 /* A model in MJCF while it is read. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_ROBOT_MJCF_H
 #define KT_ROBOT_MJCF_H
 

@@ -5,6 +5,7 @@
  * `actrange` bounds it. For a constant control w has no turning point. Therefore w itself, which MuJoCo bounds, and the
  * value that the force uses, which the library bounds, give the same force. With a delay, the control is zero
  * before. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf.h"
 
 /* Time constants below this are none, s: the activation is the control. */

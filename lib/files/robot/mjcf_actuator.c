@@ -10,6 +10,7 @@
  * bounds and these are one pair, since a clamp of a clamp is a clamp. For several actuators, or for a tendon that acts
  * in several joints, the sum becomes a formula in each joint.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf.h"
 
 #include <math.h>

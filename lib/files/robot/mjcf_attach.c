@@ -5,6 +5,7 @@
  * them. Its other items (tendons, equalities, actuators, keyframes) are attached if all that they refer to is attached.
  * Each attachment reads the file anew, and the sizes of all files are summed. No model may attach itself, directly or
  * through others. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf.h"
 
 #include <string.h>

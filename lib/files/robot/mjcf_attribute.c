@@ -1,4 +1,5 @@
 /* Attributes of MJCF: default classes, numbers, words, orientations, names; and the elements of a body. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/file.h"
 #include "robot/mjcf.h"
 

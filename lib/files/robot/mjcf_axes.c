@@ -6,6 +6,7 @@
  *     t = tan a = sign(tau) / (|tau| + sqrt(1 + tau^2)),   tau = (D_cc - D_rr) / (2 D_rc).
  * The iteration stops when that entry is of the size of rounding. Quarter turns then sort the moments, the largest
  * first; equal ones keep their order. Source: user_util.cc. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf_axes.h"
 
 #include <math.h>

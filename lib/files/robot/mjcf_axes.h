@@ -1,4 +1,5 @@
 /* The axes of inertias in MJCF. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_ROBOT_MJCF_AXES_H
 #define KT_ROBOT_MJCF_AXES_H
 

@@ -8,6 +8,7 @@
  * the body's origin. Otherwise the body is fixed to the last one. The joint frame is turned back by ref, so that
  * coordinates equal MuJoCo's.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf_axes.h"
 
 #include <math.h>

@@ -8,6 +8,7 @@
  *
  * The law of a contact follows from these numbers (contact_law.c). The contact begins at the distance margin - gap, as
  * in MuJoCo. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf_mesh.h"
 
 #include <math.h>

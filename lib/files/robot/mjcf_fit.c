@@ -6,6 +6,7 @@
  *     h_k = sqrt(6 (I_0 + I_1 + I_2 - 2 I_k) / V) / 2.
  * With `fitaabb` they are those of the box around all vertices, whose centre is that of the solid. All sizes are
  * multiplied by `fitscale`. The numbers for round solids are those of MuJoCo. Source: FitGeom in user_mesh.cc. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf_mesh.h"
 
 #include <math.h>

@@ -4,6 +4,7 @@
  * With several joints, L becomes the position of a body without mass, on its own prismatic joint. A coupling holds this
  * position to the sum, so that a force along L acts in joint i with the factor c_i.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf.h"
 
 #include <math.h>

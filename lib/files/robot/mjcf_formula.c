@@ -1,4 +1,5 @@
 /* Formulas of a scene, written piece by piece, for features of MJCF that effects and loops do not have as numbers. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf.h"
 #include "robot/robot.h"
 

@@ -1,4 +1,5 @@
 /* Kinds of actuators in MJCF: gain, bias, activation and control, with their defaults (mjcf_actuator.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf.h"
 
 #include <math.h>

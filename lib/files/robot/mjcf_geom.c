@@ -1,4 +1,5 @@
 /* Masses, inertias and pictures of bodies in MJCF, by <inertial> or from geoms. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf_axes.h"
 #include "robot/mjcf_mesh.h"
 

@@ -2,6 +2,7 @@
  *
  * A file may be included several times, but not within itself. The sizes of files are summed. This limits the memory
  * that a small file can claim. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf.h"
 
 #include <string.h>

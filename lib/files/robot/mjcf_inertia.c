@@ -11,6 +11,7 @@
  * Contacts are softer if the touching body is lighter: its mobility is the mobility of its centre of mass
  * (contact_tree.c).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/dynamics.h"
 #include "linear/cholesky.h"
 #include "robot/mjcf.h"

@@ -4,6 +4,7 @@
  * joints and actuators get their numbers from this keyframe. The others of the whole begin at their reference
  * positions, at rest and without control. Numbers of `act`, `mpos` and `mquat` of an attached model are left out with a
  * warning. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf.h"
 
 #include <math.h>

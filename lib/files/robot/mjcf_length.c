@@ -11,6 +11,7 @@
  *
  * MuJoCo rejects armatures of paths around geoms.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf.h"
 
 #include "kinetree/effect.h"

@@ -8,6 +8,7 @@
  *   A `joint` or `tendon` has a polynomial, whose nonlinear part is the coupling's formula:
  *     y - y0 = a0 + a1 (x - x0) + a2 (x - x0)^2 + ...
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf.h"
 
 #include <string.h>

@@ -7,6 +7,7 @@
  *     quadratic:  rho b_j b_k / 2      along, and   rho b_i (b_j^4 + b_k^4) / 64  about the axis i.
  * The force acts at the centre of mass. Source: MuJoCo's documentation, Computation, "Inertia model" of fluid forces.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf_axes.h"
 
 #include <math.h>

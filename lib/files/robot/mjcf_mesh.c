@@ -2,6 +2,7 @@
  *
  * A vertex x of the file is at diag(scale) R(refquat)' (x - refpos) in the frame of the geom. In MJCF, x consists of
  * single-precision numbers: MuJoCo rounds those of files and of the model. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf_mesh.h"
 #include "document/file.h"
 #include "robot/mjcf_axes.h"

@@ -1,4 +1,5 @@
 /* Meshes of <asset> in MJCF, and solids that are fitted to them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_ROBOT_MJCF_MESH_H
 #define KT_ROBOT_MJCF_MESH_H
 

@@ -14,6 +14,7 @@
  * With a width d > 0, T is T2 / e + (T1 e - T2 / e) S((u - w) / d + 1/2), S(x) = x^3 (10 - 15 x + 6 x^2) in [0, 1].
  *
  * Source: the documentation of MuJoCo, modeling, section Muscles, after Millard et al., J. Biomech. Eng. 135 (2013). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf.h"
 
 #include <math.h>

@@ -5,6 +5,7 @@
  * that of the limits of the joint or tendon, without the gear, as in MuJoCo. Otherwise there is no range: MuJoCo finds
  * it in a simulation, and writes it with mj_saveLastXML.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "evaluate/path_force.h"
 #include "kinetree/dynamics.h"
 #include "linear/cholesky.h"

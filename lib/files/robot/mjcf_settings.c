@@ -1,6 +1,7 @@
 /* Settings of a model in MJCF. Those of <compiler>, also of an attached model, determine the meaning of all other
  * attributes. Those of <option> are gravity, features that are turned off, and a surrounding medium, which is counted.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf.h"
 
 #include <string.h>

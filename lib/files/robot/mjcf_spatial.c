@@ -5,6 +5,7 @@
  * The formulas of forces have the length of the path as `length`, and its rate as `speed`. A tendon between two sites
  * alone acts between two ends.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf.h"
 
 #include "evaluate/path_force.h"

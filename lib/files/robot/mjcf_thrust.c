@@ -1,4 +1,5 @@
 /* Actuators of MJCF at sites, such as propellers, and motors of free joints. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf.h"
 
 #include <math.h>

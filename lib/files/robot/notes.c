@@ -1,4 +1,5 @@
 /* Notes, names, lists and numbers that the readers of robots share. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/robot_contact.h"
 
 #include <math.h>

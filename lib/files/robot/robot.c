@@ -1,4 +1,5 @@
 /* Robots in any of the formats: which one it is, by the root element. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/robot.h"
 #include "base/options.h"
 #include "base/require.h"

@@ -1,4 +1,5 @@
 /* Shared parts of the readers of robots: notes of omissions, names, growing lists, faults in included files. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_ROBOT_ROBOT_H
 #define KT_ROBOT_ROBOT_H
 

@@ -10,6 +10,7 @@
  * directions, a plane touches the ellipsoid at the right height. Between these directions, the ellipsoid sinks by up to
  * 8 % of its longest half axis.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/robot_contact.h"
 
 #include <math.h>

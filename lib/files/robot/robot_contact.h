@@ -1,4 +1,5 @@
 /* Contacts of robots with planes: the law, the points that touch, and collisions of URDF and SDF. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_ROBOT_ROBOT_CONTACT_H
 #define KT_ROBOT_ROBOT_CONTACT_H
 

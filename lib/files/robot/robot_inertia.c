@@ -9,6 +9,7 @@
  * with the pose of link i in the frame of the part's first link. A part that is fixed to the world does not move and is
  * not checked.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/robot.h"
 
 #include <float.h>

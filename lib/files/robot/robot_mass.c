@@ -3,6 +3,7 @@
  * Solids of one density have the volumes V_i, the centres c_i and, about these centres, the inertias J_i:
  *     m = density sum V_i,   m c = sum m_i c_i,   J = sum J_i + m_i (|d_i|^2 1 - d_i d_i'),   d_i = c_i - c
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/robot.h"
 #include "scene/shapes.h"
 

@@ -4,6 +4,7 @@
  * tree that spans them, then bodies, loops and forces. A joint starts at the position zero, unless <initial_position>
  * gives another.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/sdf.h"
 
 #include <string.h>

@@ -1,4 +1,5 @@
 /* A model or world in SDF while it is read. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_ROBOT_SDF_H
 #define KT_ROBOT_SDF_H
 

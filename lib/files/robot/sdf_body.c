@@ -5,6 +5,7 @@
  * origin, or if the point does not matter, the joint has the pose X. Else a body without mass, with the joint's name,
  * turns in X shift(p), and the link is fixed to it at -p.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/joint_name.h"
 #include "robot/sdf.h"
 

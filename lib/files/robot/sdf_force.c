@@ -6,6 +6,7 @@
  * Such an angle is the sum of the positions of the rotary joints on the path between the two bodies, each counted along
  * the axis. All of these joints must turn about parallels of the axis.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/sdf.h"
 
 #include <math.h>

@@ -8,6 +8,7 @@
  *
  * If a model has a placement frame F, the pose P places that frame: X_model = X_base P (X_F in the model)^-1.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/sdf.h"
 
 #include <stdio.h>

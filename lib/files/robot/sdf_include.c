@@ -11,6 +11,7 @@
  * Without VERSION, the newest one is meant. That folder is on the search path of the command. A folder NAME on the
  * search path is taken, too. Its version is unknown, which is noted if the URI names one.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/sdf.h"
 
 #include <ctype.h>

@@ -10,6 +10,7 @@
  * A screw of pitch p metres a turn advances by p / (2 pi) metres a radian. The older thread_pitch t is in radians a
  * metre, of a left-handed thread: -1 / t metres a radian.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/sdf.h"
 
 #include <string.h>

@@ -4,6 +4,7 @@
  * missing in <mass> and <inertia> have the same defaults. With auto="true", mass and inertia are those of the solids of
  * its collisions, with their densities. A <mass> next to auto="true" scales both, as in libsdformat since 15.2.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/sdf.h"
 
 #include <stdlib.h>

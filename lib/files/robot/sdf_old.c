@@ -3,6 +3,7 @@
  * In 1.0 numbers are attributes: `<inertial mass="2">`, `<axis xyz="0 0 1"/>`, `<origin pose="..."/>`, `<parent
  * link="a"/>`. They become elements of that name, or the text of the element. Files of 1.2 and 1.3 have elements
  * already, but for some names. Axes are those of 1.4: in the model's frame. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/sdf.h"
 
 #include <string.h>

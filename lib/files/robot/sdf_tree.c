@@ -4,6 +4,7 @@
  * carries it as its parent. This joint turns about the opposite axis, so that its position is the same. Links that the
  * world does not reach move freely, from a link that is no child. Joints that carry nothing close loops.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/sdf.h"
 
 /* Sorts joints by their parents or children: first[i] to first[i + 1] are those of link i. */

@@ -1,4 +1,5 @@
 /* Numbers, words and poses in elements of SDF. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/sdf.h"
 
 #include <math.h>

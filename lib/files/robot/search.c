@@ -6,6 +6,7 @@
  * are absolute. Else they are in the robot's folder, or on the search path. Meshes may lie anywhere, since robots are
  * published as NAME/urdf next to NAME/meshes. Included files may not (include.c).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _XOPEN_SOURCE 700 /* realpath */
 #include "base/text.h"
 #include "robot/robot.h"

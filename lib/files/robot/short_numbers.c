@@ -1,4 +1,5 @@
 /* Texts with numbers that are as short as their bits allow. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/number.h"
 #include "robot/robot.h"
 

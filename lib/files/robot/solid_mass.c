@@ -21,6 +21,7 @@
  *     Ix/m = (B^2 + C^2 + a b c (B^2 - b^2 + C^2 - c^2) / (A B C - a b c)) / 5,  A = a + e, B = b + e, C = c + e.
  * Its area is Thomsen's approximation, A = 4 pi mean((a b)^p, (b c)^p, (c a)^p)^(1/p), p = 1.6075, within 1.1 %.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/robot.h"
 
 #include <math.h>

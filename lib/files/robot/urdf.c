@@ -3,6 +3,7 @@
  * A link of URDF is a body of ours. The joint with this link as child is the body's joint: both frames are the same. As
  * in our descriptions, `origin` gives the joint's frame in the parent link, and the axis is in the joint's frame.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/urdf.h"
 
 /* ---- the scene --------------------------------------------------------------------------------------------------- */

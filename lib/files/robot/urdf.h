@@ -1,4 +1,5 @@
 /* A robot in URDF while it is read: its links and joints, and its omissions. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_ROBOT_URDF_H
 #define KT_ROBOT_URDF_H
 

@@ -1,4 +1,5 @@
 /* Attributes of URDF: numbers, and the faults of texts that are none. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/urdf.h"
 
 #include <math.h>

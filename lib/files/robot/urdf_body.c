@@ -1,4 +1,5 @@
 /* Links and joints of URDF as bodies, effects and loops of a description. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/urdf.h"
 
 #include <math.h>

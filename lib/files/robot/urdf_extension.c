@@ -2,6 +2,7 @@
  *
  * <gazebo reference="NAME"> gives a link or a joint more: friction, a spring, no weight. <gazebo> without a reference
  * is about the robot. <mujoco> has settings of MuJoCo, of which gravity is read. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/urdf.h"
 
 #include <string.h>

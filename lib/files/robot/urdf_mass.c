@@ -2,6 +2,7 @@
  *
  * A rotor of inertia J behind a reduction n, which turns n times as fast as the joint, has the armature n^2 J.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf_axes.h"
 #include "robot/urdf.h"
 

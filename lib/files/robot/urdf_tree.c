@@ -1,4 +1,5 @@
 /* Links and joints of URDF: the tree, and the names. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/urdf.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* Mechanisms as robots: the parts of a description that belong to each joint, and the parts that are lost. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _XOPEN_SOURCE 700 /* newlocale */
 #include "robot/write.h"
 #include "base/require.h"

@@ -1,4 +1,5 @@
 /* A mechanism while it is written as a robot. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_ROBOT_WRITE_H
 #define KT_ROBOT_WRITE_H
 

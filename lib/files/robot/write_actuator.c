@@ -6,6 +6,7 @@
  * bias b and the gain g. A force with several such states is the sum of as many actuators. The values at some
  * positions, rates and states decide whether a formula has this form. A sum of other formulas is one actuator for each,
  * and bounds of such a sum are those of the joint. A factor step(t - D) of the control is a delay D. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/formula_names.h"
 #include "model/joint_name.h"
 #include "robot/write.h"

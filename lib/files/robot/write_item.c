@@ -1,4 +1,5 @@
 /* Parts that both formats write: numbers, texts, joints of several coordinates as several joints, solids, masses. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/robot.h"
 #include "robot/write.h"
 

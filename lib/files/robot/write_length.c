@@ -4,6 +4,7 @@
  * and for each part of the path three sliders without mass whose end a spherical loop keeps at the next point. A
  * formula counts as that sum if both agree at some positions. Such bodies and loops are removed from the
  * description, and the path becomes a rope. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/formula_names.h"
 #include "model/joint_name.h"
 #include "robot/write.h"

@@ -2,6 +2,7 @@
  *
  * MuJoCo rejects a model with a mesh that it cannot use: STL as text or with more than 200000 triangles, lines, and
  * meshes without area. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _XOPEN_SOURCE 700 /* realpath */
 #include "document/file.h"
 #include "mesh/mesh.h"

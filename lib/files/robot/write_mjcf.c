@@ -9,6 +9,7 @@
  * of such bodies and the last one. The body has the pose J = J_1 ... J_n, and joint k acts in the frame (J_{k+1} ...
  * J_n)^-1.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/joint_name.h"
 #include "robot/write.h"
 

@@ -7,6 +7,7 @@
  *
  * A servo, k (r - q) + c (r' - v), is an actuator with the control r and the force k r - k q - c v. Without stiffness
  * it has the control r'. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/joint_name.h"
 #include "robot/write.h"
 

@@ -17,6 +17,7 @@
  * A body that is fixed to another may have any moments, as long as those of the rigid part are right: sensors in URDF
  * often have wrong ones. If it would be raised, its mass and moments are written with those of the body that carries
  * it. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/principal.h"
 #include "robot/write.h"
 

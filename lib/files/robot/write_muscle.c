@@ -2,6 +2,7 @@
  *
  * The numbers of a muscle are read from the texts of its force and of the rate of its activation. The caller compares
  * the functions below with the formulas, so that a text that only looks like a muscle is none. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/write.h"
 
 #include <math.h>

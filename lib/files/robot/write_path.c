@@ -5,6 +5,7 @@
  * the spring lengths a and b. The values at some lengths and rates decide whether a formula is that function. Each
  * point of the path is a site, and each surface a geom without mass. A side is a site outside of the geom, and the
  * centre of a ring is a site inside. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/formula_names.h"
 #include "robot/write.h"
 

@@ -3,6 +3,7 @@
  *
  * a0 to a3 follow from the derivatives at zero, and a4 from the remainder at x = 1. The residual at other positions
  * decides whether the formula is that polynomial. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "expression/third.h"
 #include "model/formula_names.h"
 #include "robot/write.h"

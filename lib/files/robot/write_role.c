@@ -6,6 +6,7 @@
  * mass that a coupling moves is a fixed tendon of the other joints. An import makes such a slider of a tendon:
  *     c_n n + sum c_i q_i = offset,    n = offset / c_n + L,    L = sum (-c_i / c_n) q_i.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/joint_name.h"
 #include "robot/write.h"
 

@@ -1,4 +1,5 @@
 /* The start of an export: the one at which loops are closed, as a run begins. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/mechanism.h"
 #include "kinetree/model.h"
 #include "robot/write.h"

@@ -1,4 +1,5 @@
 /* Bodies within one another, and the pose of each. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/write.h"
 
 kt_pose kt_export_pose(const kt_export *x, int body) {

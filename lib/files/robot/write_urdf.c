@@ -11,6 +11,7 @@
  *
  * which loses digits for c close to -1. For c < 0 half a turn about x comes first.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/joint_name.h"
 #include "robot/write.h"
 

@@ -1,4 +1,5 @@
 /* Actions of events, as nodes of the file (action.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/expand.h"
 
 void kt_actions_visit(const kt_reader *r, kt_action_visit *visit, void *user) {

@@ -1,5 +1,6 @@
 /* Parameters that events set, or that a program varies (assignment.h): which numbers of a model follow from them, and
  * their new values. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/assignment.h"
 #include "scene/foothold.h"
 

@@ -5,6 +5,7 @@
  * are parameters of the model, which an event sets together with the state (kt_simulation_change). Any other use is
  * rejected when the scene is read.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SCENE_RESET_H
 #define KT_SCENE_RESET_H
 

@@ -1,5 +1,6 @@
 /* Parameters and numbers that events set (assignment.h): their names, and the numbers of a description that can be
  * set. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 #include "model/parameter_key.h"
 #include "scene/assignment.h"

@@ -2,6 +2,7 @@
  *
  * A comparison a < b is watched as the difference b - a, which rises through zero when it begins to hold.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/bound.h"
 
 #include "expression/expression.h"

@@ -1,4 +1,5 @@
 /* Formulas of a scene in a simulation, with the variables that they read bound to its model (bound.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SCENE_BOUND_H
 #define KT_SCENE_BOUND_H
 

@@ -5,6 +5,7 @@
  * The set of columns depends on the compiled model. The reader checks only the beginning of a name, and the writer of
  * the records binds it.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/named.h"
 #include "scene/scene_expression.h"
 #include "scene/scene_part.h"

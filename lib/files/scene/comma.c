@@ -3,6 +3,7 @@
  *
  * Such parts are found from their parentheses, reported once, and hidden from everything else.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/expand.h"
 
 /* Parentheses that a text opens less those that it closes; below zero at some place: it is no beginning. */

@@ -10,6 +10,7 @@
  * found: deciding whether an expression is zero is undecidable for formulas with sin. A run names such events at its
  * end.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/scene_event.h"
 
 #include "base/decimal.h"

@@ -8,6 +8,7 @@
  * The first line is the header. Lines that begin with '#' and empty lines are left out. A header states the unit of its
  * column in brackets, or the scene states it; both state the same. Without either, numbers are in SI units.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _XOPEN_SOURCE 700 /* realpath */
 #include "scene/csv.h"
 

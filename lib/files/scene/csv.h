@@ -1,4 +1,5 @@
 /* Tables of functions of time in CSV files (csv.c), and names of files near a scene. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SCENE_CSV_H
 #define KT_SCENE_CSV_H
 

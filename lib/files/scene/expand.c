@@ -1,4 +1,5 @@
 /* Nodes that the reader makes of others (expand.h): items as text, parsed and appended to a section of the file. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/expand.h"
 
 #include <string.h>

@@ -1,5 +1,6 @@
 /* Changes the nodes of a file before its sections are read. Some sections stand for items of others. Actions of
  * events are expanded. Formulas that a comma has cut are reported. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SCENE_EXPAND_H
 #define KT_SCENE_EXPAND_H
 

@@ -1,4 +1,5 @@
 /* Loops that events close where a body is (foothold.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/foothold.h"
 
 #include "base/pool.h"

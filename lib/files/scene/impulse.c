@@ -8,6 +8,7 @@
  * remains of a row, loops determine the velocity, or velocities that are set before it. Hard contacts and friction that
  * sticks are left out of A: they open, and impacts stop bodies that approach.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/assignment.h"
 
 #include "kinetree/loop.h"

@@ -1,4 +1,5 @@
 /* The names of bodies, joints, markers and loops, which other items refer to. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/scene_part.h"
 
 #include <string.h>

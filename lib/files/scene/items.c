@@ -1,4 +1,5 @@
 /* Lists of items: each is an array of an object, whose items a function reads and another one writes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/scene_part.h"
 
 #include <string.h>

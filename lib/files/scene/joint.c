@@ -1,4 +1,5 @@
 /* Tree joints: type, frame, initial position and velocity. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/relative.h"
 #include "scene/scene_part.h"
 #include "scene/vary.h"

@@ -1,4 +1,5 @@
 /* The kinds of keys that only loops and effects have: ends, joints, functions of time, frames. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/formula_names.h"
 #include "scene/scene_expression.h"
 #include "scene/scene_part.h"

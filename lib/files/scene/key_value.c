@@ -1,5 +1,6 @@
 /* The kinds of keys whose values are numbers, vectors, axes, rotations or flags: joints, shapes, loops, effects and
  * functions of time have them. The key's unit decides how a number may be written. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/value.h"
 
 #include <string.h>

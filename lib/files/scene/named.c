@@ -5,6 +5,7 @@
  * A name is replaced with its formula in parentheses when a formula is read. An expression may therefore use all names
  * that the formula around it may use. Code behind the reader sees formulas without such names.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/named.h"
 #include "base/text.h"
 

@@ -1,4 +1,5 @@
 /* Formulas with names, which other formulas use: the section `expressions` (named.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SCENE_NAMED_H
 #define KT_SCENE_NAMED_H
 

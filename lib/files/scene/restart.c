@@ -5,6 +5,7 @@
  * initial state. Their first end therefore moves along the axis by the distance of the ends along it in the new state.
  * Loops that events close where a body is have the places that auxiliary states hold (foothold.h).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/memory.h"
 #include "base/pool.h"
 #include "base/require.h"

@@ -3,6 +3,7 @@
  * Numbers are read and written in the C locale, independently of that of the process. This thread's locale is switched
  * (uselocale) during the call, and faults are reported after it has been switched back.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/scene.h"
 #include "base/options.h"
 #include "base/require.h"

@@ -3,6 +3,7 @@
  * beam. parts/beam_segments.c makes the items. They are written as a text, and read from there as nodes; the ends of
  * the beam keep the nodes that the file gives them.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/emit.h"
 #include "kinetree/build.h"
 #include "scene/expand.h"

@@ -1,4 +1,5 @@
 /* Bodies: the list, and the keys of each. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/compile.h"
 #include "model/describe.h"
 #include "scene/shapes.h"

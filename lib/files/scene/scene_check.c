@@ -4,6 +4,7 @@
  * stored for the many keys that are right. A fault that follows from a reported fault of form is left out: a mass that
  * could not be read is not zero.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/scene_part.h"
 
 #include <stdlib.h>

@@ -3,6 +3,7 @@
  * `body.marker`, `body`, `world`, or {body: B, at: [..], rotation: ROTATION}. A frame at a marker can be rotated as
  * well: {body: B, marker: M, rotation: ROTATION}.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/value.h"
 
 #include <stddef.h>

@@ -3,6 +3,7 @@
  *     events: [{name: let go, when: "position.arm - 2.3", direction: rising, then: [{release: sling}, {call: tell}]}]
  *     simulate: {until: "marker.ball.centre.y < 0"}
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/scene_event.h"
 
 #include "scene/assignment.h"

@@ -1,4 +1,5 @@
 /* Events of scenes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SCENE_SCENE_EVENT_H
 #define KT_SCENE_SCENE_EVENT_H
 

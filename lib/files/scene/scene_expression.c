@@ -1,4 +1,5 @@
 /* Expressions of parameters where a scene has a number. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/scene_expression.h"
 
 #include "document/number.h"

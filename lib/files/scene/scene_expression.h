@@ -1,4 +1,5 @@
 /* Expressions of parameters where a scene has a number: "=0.01*L^2". */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SCENE_SCENE_EXPRESSION_H
 #define KT_SCENE_SCENE_EXPRESSION_H
 

@@ -1,5 +1,6 @@
 /* Surfaces and curves: a mapping of one key, the name of a form, to a mapping of the keys that the form has. Examples
  * are {sphere: {radius: 1}} and {spline: [[x, y, z], ...]}. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/scene_part.h"
 
 #include <stddef.h>

@@ -1,5 +1,6 @@
 /* Functions of time: a number, a formula of t, {sine: ...}, {ramp: ...}, {bump: ...}, {polynomial: [...]},
  * {table: [...], interpolation: ...}, {sum: [...]} or {product: [...]}. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/decimal.h"
 #include "document/number.h"
 #include "model/function_formula.h"

@@ -8,6 +8,7 @@
  * Reading a scene does not open the files of pictures. A missing file is no fault, but the program that draws the scene
  * reports it. Files with a density are opened: the solids that the meshes of a body enclose are its mass, centre of
  * mass and inertia. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "document/file.h"
 #include "mesh/mesh.h"
 #include "scene/csv.h"

@@ -3,6 +3,7 @@
  * All expressions are read first; then each is evaluated as soon as all that it uses are (Kahn 1962, Communications of
  * the ACM 5: topological sorting). The remaining parameters depend on themselves, or on a parameter that does.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/scene_parameter.h"
 
 #include "document/number.h"

@@ -1,4 +1,5 @@
 /* Parameters of a scene, and values from outside of its file. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SCENE_SCENE_PARAMETER_H
 #define KT_SCENE_SCENE_PARAMETER_H
 

@@ -1,4 +1,5 @@
 /* The parts of a scene: a table for each. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SCENE_SCENE_PART_H
 #define KT_SCENE_SCENE_PART_H
 

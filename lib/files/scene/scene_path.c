@@ -5,6 +5,7 @@
  * A POINT is an end (scene_end.c). A point with a radius is a sphere, and with an axis a cylinder. A point with a
  * divisor begins a branch.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/effect.h"
 #include "scene/scene_part.h"
 

@@ -2,6 +2,7 @@
  * equations of motion in the state at hand, under the torques and wrenches that are set. An event finds the instant at
  * which one of them passes a value as for a position.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/scene_response.h"
 #include "algebra/vector_parts.h"
 #include "base/text.h"

@@ -1,5 +1,6 @@
 /* Quantities that follow from the state with the equations of motion, as variables of events. They have the names of
  * columns: accelerations, reactions, angular velocities (scene_response.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SCENE_SCENE_RESPONSE_H
 #define KT_SCENE_SCENE_RESPONSE_H
 

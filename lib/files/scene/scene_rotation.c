@@ -7,6 +7,7 @@
  * The error of 1 / sqrt(q'q) is half of the sum's, plus those of the root and the quotient. A quaternion that has been
  * normalised therefore stays as it is, and reading a written one changes no bit.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/value.h"
 
 #include "kinetree/algebra.h"

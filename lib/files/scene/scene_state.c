@@ -2,6 +2,7 @@
  *
  *     states: {current: {initial: 0, rate: "(supply - R*current - k*velocity.rotor)/L"}}
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "model/formula_names.h"
 #include "scene/foothold.h"

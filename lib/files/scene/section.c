@@ -1,4 +1,5 @@
 /* The lists of loops and effects, and the joints that the assembly holds. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/describe.h"
 #include "scene/scene_part.h"
 

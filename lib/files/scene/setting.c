@@ -4,6 +4,7 @@
  * their items. The path leads through any list by [k], k from 0. A path of one word is a parameter. A key that is
  * missing is added, so that the tables of keys decide whether there is such a key, as for the file.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/scene_parameter.h"
 
 #include <stdarg.h>

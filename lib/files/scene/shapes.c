@@ -4,6 +4,7 @@
  * the shapes without a mass has a volume, slender rods share by length. With m = sum m_i:
  *   c = sum m_i c_i / m,   I = sum (I_i + m_i (|d_i|^2 1 - d_i d_i')),   d_i = c_i - c
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/shapes.h"
 
 #include "compile/compile.h"

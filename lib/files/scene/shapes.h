@@ -1,4 +1,5 @@
 /* Several shapes of a body. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SCENE_SHAPES_H
 #define KT_SCENE_SHAPES_H
 

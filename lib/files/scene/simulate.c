@@ -1,4 +1,5 @@
 /* The sections `simulate` and `output`: the settings of a run, and its records. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 #include "integrator/integrator.h"
 #include "model/describe.h"

@@ -1,6 +1,7 @@
 /* Parameters that change while a simulation runs (tune.h): new values go into the scene (vary.c), and from there into
  * the model and the simulation (assignment.c).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/tune.h"
 
 #include "base/pool.h"

@@ -1,6 +1,7 @@
 /* Parameters of a scene that a program changes while a simulation runs: the variables (kt_scene_options) of a scene
  * that is tunable (kt_scene_is_tunable).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SCENE_TUNE_H
 #define KT_SCENE_TUNE_H
 

@@ -1,4 +1,5 @@
 /* Numbers, vectors, axes, texts, words, mappings, forms of values. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/value.h"
 
 #include "document/number.h"

@@ -1,4 +1,5 @@
 /* The kinds of values that tables of keys are made of. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SCENE_VALUE_H
 #define KT_SCENE_VALUE_H
 

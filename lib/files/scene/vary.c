@@ -4,6 +4,7 @@
  * Numbers are listed in the order in which they are read. Parameters come before all else, and each after those that it
  * uses. A walk along the list therefore finds everything evaluated that an expression needs.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/vary.h"
 
 #include "base/require.h"

@@ -4,6 +4,7 @@
  * kt_number_follows if it has put the number in its final place, and draws no other conclusion from it. A number
  * without this call cannot be changed without reading the scene again.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SCENE_VARY_H
 #define KT_SCENE_VARY_H
 

@@ -1,5 +1,6 @@
 /* Events of a scene in a simulation: their formulas, with the variables that they read bound to the simulation's model
  * (bound.c), and their actions. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/pool.h"
 #include "base/require.h"
 #include "kinetree/loop.h"

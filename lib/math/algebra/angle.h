@@ -1,4 +1,5 @@
 /* Angles in degrees. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_ALGEBRA_ANGLE_H
 #define KT_ALGEBRA_ANGLE_H
 

@@ -8,6 +8,7 @@
  *     (I + g x / 2) (I - g x / 2 + g g' / 4) = (1 + g'g / 4) I
  *     G^-1 = I - g x / 2 + g g' / 4.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/require.h"
 #include "kinetree/algebra.h"
 

@@ -1,4 +1,5 @@
 /* Elementary operations on numbers and points that several folders need. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_ALGEBRA_ELEMENTARY_H
 #define KT_ALGEBRA_ELEMENTARY_H
 

@@ -18,6 +18,7 @@
  * columns are ei, ej and Rj(b) ek. So det G is -sin b for k = i, and e cos b for k = m. As g2 is normal to the two
  * others, the rows of the inverse are (g2 x g3) / det, g2 and (g1 x g2) / det.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/vector_parts.h"
 #include "base/require.h"
 #include "kinetree/algebra.h"

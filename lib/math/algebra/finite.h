@@ -1,5 +1,6 @@
 /* Whether numbers are finite. The functions are inline, since a mechanism of one or two links is evaluated in the time
  * of a few calls. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_ALGEBRA_FINITE_H
 #define KT_ALGEBRA_FINITE_H
 

@@ -11,6 +11,7 @@
  *     Ixx = sum m (y^2 + z^2),  Iyy = sum m (z^2 + x^2),  Izz = sum m (x^2 + y^2).
  * No moment is negative, and none exceeds the sum of the other two.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/algebra.h"
 
 #include <stddef.h>

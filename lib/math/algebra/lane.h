@@ -4,6 +4,7 @@
  * Lane 3 of a vector is zero. The compiler's vector extension is lane-wise IEEE arithmetic at any width, so every
  * instruction set gives the same bits.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_LANE_H
 #define KT_LANE_H
 

@@ -6,6 +6,7 @@
  *
  * Source: G. H. Golub, C. F. Van Loan, Matrix Computations, 4th ed., 2013, algorithm 3.4.1. O(2 n^3 / 3).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_ALGEBRA_LU_H
 #define KT_ALGEBRA_LU_H
 

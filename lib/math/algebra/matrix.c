@@ -5,6 +5,7 @@
  *     s <- s (3 - s^2) / 2:   s = 1 + e becomes 1 - 3 e^2 / 2 - e^3 / 2
  * A matrix whose A'A is exactly I is returned unchanged.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/algebra.h"
 
 kt_mat3 kt_mat3_about(int axis, double angle) {

@@ -1,4 +1,5 @@
 /* Principal axes of an inertia, for set-up and pictures. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_ALGEBRA_PRINCIPAL_H
 #define KT_ALGEBRA_PRINCIPAL_H
 

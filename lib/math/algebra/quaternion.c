@@ -10,6 +10,7 @@
  * The four products that hold the largest component are the quaternion times a factor of at least 2. Small components
  * come from small differences, so that their relative accuracy remains down to the smallest angles.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/algebra.h"
 
 kt_quat kt_quat_from_mat3(kt_mat3 r) {

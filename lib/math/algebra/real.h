@@ -15,6 +15,7 @@
  * KT_CHOOSE takes one of two numbers; in lanes both are computed. The function kt_is_anywhere returns whether a
  * condition holds for any state. A kt_plain is a number without a derivative, such as the time or a sign.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_ALGEBRA_REAL_H
 #define KT_ALGEBRA_REAL_H
 

@@ -13,6 +13,7 @@
  * Some conditions end a recursion for one state. A recursion for several states goes on, and records the states for
  * which the condition holds (kt_fails, kt_is_rejected).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_ALGEBRA_REAL3_H
 #define KT_ALGEBRA_REAL3_H
 

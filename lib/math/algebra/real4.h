@@ -4,6 +4,7 @@
  * The argument n is the number of components in use. For one state all four are computed. For several states the
  * functions compute the first n. Callers pass a constant n in loops that must be fast.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_ALGEBRA_REAL4_H
 #define KT_ALGEBRA_REAL4_H
 

@@ -7,6 +7,7 @@
  * entries have errors d up to 0.5e-6. Such errors change no entry of A'A by more than 2 sqrt(3) d. The change is
  * 1.7e-6, below the limit.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/require.h"
 #include "kinetree/algebra.h"
 

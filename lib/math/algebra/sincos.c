@@ -12,6 +12,7 @@
  * and the two swap and change sign with n mod 4. Error below one unit in the last place (test/algebra/sincos.c measures
  * 0.88). Larger angles, beyond n = 2^20, and numbers that are not finite use libm's sin and cos, one by one.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/sincos.h"
 
 #include "algebra/lane.h"

@@ -1,4 +1,5 @@
 /* Sines and cosines of many angles at once, the same bits on every instruction-set level and every libm. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SINCOS_H
 #define KT_SINCOS_H
 

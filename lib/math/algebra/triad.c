@@ -8,6 +8,7 @@
  * (Duff et al., "Building an Orthonormal Basis, Revisited", J. Computer Graphics Techniques 6(1), 2017). As
  * |s + w| = 1 + |w| > 1.5, nothing cancels.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/algebra.h"
 
 /* Sums turn -0 into 0. An axis along a coordinate axis therefore gives the same bits for any signs of its zeros. */

@@ -24,6 +24,7 @@
  * inverse:
  *     ndot = (cot(a/2) p - n x p) / 2,   p = omega - n n'omega
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/require.h"
 #include "kinetree/algebra.h"
 

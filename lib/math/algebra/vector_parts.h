@@ -1,4 +1,5 @@
 /* Parts and multiples of vectors and matrices, by index. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_ALGEBRA_VECTOR_PARTS_H
 #define KT_ALGEBRA_VECTOR_PARTS_H
 

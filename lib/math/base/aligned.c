@@ -1,4 +1,5 @@
 /* The address that malloc returned is stored directly in front of the aligned memory, for kt_aligned_release. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/aligned.h"
 #include "base/arena.h"
 

@@ -1,4 +1,5 @@
 /* Aligned memory from malloc alone: in some C libraries for bare metal, aligned_alloc does not link. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BASE_ALIGNED_H
 #define KT_BASE_ALIGNED_H
 

@@ -1,4 +1,5 @@
 /* Memory that the library allocates itself: for kt_*_create, whose callers do not bring their own, and for set-up. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/aligned.h"
 #include "base/arena.h"
 

@@ -1,4 +1,5 @@
 /* Checks and clears the caller's memory. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/arena.h"
 
 #include <string.h>

@@ -11,6 +11,7 @@
  * defines lay_out(memory, s). The function returns the bytes of struct and arrays. Unless memory is NULL, it also sets
  * the pointers of the object at `memory`. The counts in the list are expressions in the parameters of this function.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BASE_ARENA_H
 #define KT_BASE_ARENA_H
 

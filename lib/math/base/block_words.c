@@ -1,4 +1,5 @@
 /* Compares words of a block from outside with their ranges (block_words.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/block_words.h"
 
 #include <string.h>

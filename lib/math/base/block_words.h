@@ -3,6 +3,7 @@
  * A checksum detects accidents, but no attack, since anybody can compute a valid checksum. The program indexes arrays
  * with some words, converts some to integers, and takes some as flags. A list declares the range of each word, and one
  * function checks all words before the program uses any. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BASE_BLOCK_WORDS_H
 #define KT_BASE_BLOCK_WORDS_H
 

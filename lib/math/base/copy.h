@@ -1,5 +1,6 @@
 /* Copies of a caller's arrays. An array may be NULL if it has no numbers, as for a model that does not move. C does not
  * allow a copy of no bytes from or to NULL (C17, 7.24.1). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BASE_COPY_H
 #define KT_BASE_COPY_H
 

@@ -6,6 +6,7 @@
  * significant digits; subnormal numbers reach this count. The source is Goldberg (ACM Computing Surveys 23, 1991). All
  * further digits matter only by not being 0.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/decimal.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* Numbers in decimal, as scene files and command lines write them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BASE_DECIMAL_H
 #define KT_BASE_DECIMAL_H
 

@@ -1,5 +1,6 @@
 /* Escaping: the text is decoded as UTF-8, and every character is classified. Overlong forms and surrogates are not
  * UTF-8 (Unicode 15, table 3-7). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/escape.h"
 
 #include <stdbool.h>

@@ -1,4 +1,5 @@
 /* Escapes texts from outside the library for terminals, pictures and logs. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BASE_ESCAPE_H
 #define KT_BASE_ESCAPE_H
 

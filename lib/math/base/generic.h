@@ -1,4 +1,5 @@
 /* Generic numbers: a property that holds for these numbers holds for almost all numbers. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BASE_GENERIC_H
 #define KT_BASE_GENERIC_H
 

@@ -1,4 +1,5 @@
 /* Arrays that grow on the heap; kt_pool_grow (pool.h) does the same in a pool. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BASE_GROW_H
 #define KT_BASE_GROW_H
 

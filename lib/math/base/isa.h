@@ -1,5 +1,6 @@
 /* Names of functions and constants that are compiled once for each instruction set (KT_ISA): KT_KERNEL(kt_forward) is
  * kt_forward_v3 where KT_ISA is v3. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BASE_ISA_H
 #define KT_BASE_ISA_H
 

@@ -1,4 +1,5 @@
 /* The error of a call for which the memory does not suffice. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BASE_MEMORY_H
 #define KT_BASE_MEMORY_H
 

@@ -9,6 +9,7 @@
  *                 D(i-2,j-2) + 1 where a_i = b_{j-1} and a_{i-1} = b_j ).
  * Only the band |i - j| <= limit can hold values <= limit.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/names.h"
 #include "base/text.h"
 

@@ -3,6 +3,7 @@
  * A table lies in the caller's memory and points to the caller's strings, which must outlive it. A lookup does not
  * write.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BASE_NAMES_H
 #define KT_BASE_NAMES_H
 

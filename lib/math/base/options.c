@@ -1,4 +1,5 @@
 /* Options of earlier versions. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/options.h"
 
 #include <string.h>

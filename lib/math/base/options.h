@@ -10,6 +10,7 @@
  *
  * `method` is the last member that version 0.2 has. Options that are complete are not copied: o is then `options`.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BASE_OPTIONS_H
 #define KT_BASE_OPTIONS_H
 

@@ -1,4 +1,5 @@
 /* The order of numbers, for qsort. A NaN has no order and counts as equal to each number. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BASE_ORDER_H
 #define KT_BASE_ORDER_H
 

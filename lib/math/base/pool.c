@@ -3,6 +3,7 @@
  * Chunks double from 4 KB to 1 MB, so that a small scene takes little memory and a large scene few allocations. A piece
  * that does not fit into the remainder of a chunk begins a new chunk.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/pool.h"
 
 #include "base/copy.h"

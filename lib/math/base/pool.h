@@ -1,4 +1,5 @@
 /* Memory that is allocated in small pieces and released all at once. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BASE_POOL_H
 #define KT_BASE_POOL_H
 

@@ -1,4 +1,5 @@
 /* Arguments that a call requires and has not been given. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/require.h"
 
 #include <string.h>

@@ -8,6 +8,7 @@
  * pointer that an earlier one requires. An array without numbers may be NULL: `q || !model->n.q`. If all hold, no
  * function is called.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BASE_REQUIRE_H
 #define KT_BASE_REQUIRE_H
 

@@ -3,6 +3,7 @@
  * An error contains its texts in its own arrays, so that reporting an error allocates nothing and cannot fail. A text
  * that does not fit is cut between UTF-8 characters, not within a character, and ends in "...".
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/status.h"
 
 #include "base/escape.h"

@@ -1,4 +1,5 @@
 /* Sizes of public structs, by their names. No code of the folders above is used: their headers declare the structs. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/experimental.h"
 #include "kinetree/kinetree.h"
 

@@ -1,4 +1,5 @@
 /* A checksum that detects accidental differences, not forged ones: FNV-1a, 64 bits (Fowler, Noll, Vo). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BASE_SUM_H
 #define KT_BASE_SUM_H
 

@@ -1,4 +1,5 @@
 /* Texts: how they begin, letters of names, paths. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BASE_TEXT_H
 #define KT_BASE_TEXT_H
 

@@ -1,4 +1,5 @@
 /* The place of an error, for kt_error_set: kt_where_format("t = %.9g s", t).text. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BASE_WHERE_H
 #define KT_BASE_WHERE_H
 

@@ -1,5 +1,6 @@
 /* The cascade of the cone solver for a stored matrix: sweeps of block Gauss-Seidel, proximal points, and the order of
  * its parts (cone.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "cone/cone_parts.h"
 
 #include "kinetree/algebra.h"

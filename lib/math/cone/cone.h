@@ -26,6 +26,7 @@
  * P. Alart, A. Curnier, A mixed formulation for frictional contact problems prone to Newton like solution methods,
  * 1991; V. Acary, M. Bremond, O. Huber, On solving contact problems with Coulomb friction, 2018.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_LINEAR_CONE_H
 #define KT_LINEAR_CONE_H
 

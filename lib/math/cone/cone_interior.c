@@ -13,6 +13,7 @@
  * V. Acary, P. Armand, H. M. Nguyen, M. Shpakovych, Second-order cone programming for frictional contact mechanics
  * using interior point algorithm, 2023.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "cone/cone_parts.h"
 
 #include "kinetree/algebra.h"

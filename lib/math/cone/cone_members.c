@@ -14,6 +14,7 @@
  * The set changes by one contact at a time, so that most of its problems are small. Each problem starts from the
  * impulses of the previous problem.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "cone/cone_parts.h"
 #include "linear/cholesky.h"
 

@@ -1,4 +1,5 @@
 /* Alart and Curnier's function of the cone solver, its residual, and semismooth Newton steps for its zero (cone.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "cone/cone_parts.h"
 
 #include "kinetree/algebra.h"

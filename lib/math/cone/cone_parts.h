@@ -1,4 +1,5 @@
 /* The cone solver's memory, and the declarations that its parts share (cone.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_LINEAR_CONE_PARTS_H
 #define KT_LINEAR_CONE_PARTS_H
 

@@ -1,5 +1,6 @@
 /* The cone solver's memory, and the way that a problem takes: a stored matrix through the cascade (cone.c), blocks
  * through a working set (cone_members.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "cone/cone_parts.h"
 
 #include <assert.h>

@@ -5,6 +5,7 @@
  * impulses with which all items would stick. If this start leads to no solution, the solver starts from zero impulses.
  * A count records whether a start from zero leads to another motion.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "cone/coulomb.h"
 
 #include "cone/cone.h"

@@ -26,6 +26,7 @@
  * F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996; R. Leine, N. van de Wouw, Stability and
  * Convergence of Mechanical Systems with Unilateral Constraints, 2008.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_LINEAR_COULOMB_H
 #define KT_LINEAR_COULOMB_H
 

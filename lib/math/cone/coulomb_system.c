@@ -1,5 +1,6 @@
 /* One combination of modes of a problem with Coulomb's friction (coulomb.h): the linear equations of its impulses, and
  * Newton's iteration for the directions of slip. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "cone/coulomb.h"
 
 #include "cone/cone.h"

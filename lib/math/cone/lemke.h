@@ -8,6 +8,7 @@
  *
  * Source: Cottle, Pang, Stone 1992, The linear complementarity problem, algorithm 4.4.5.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_LINEAR_LEMKE_H
 #define KT_LINEAR_LEMKE_H
 

@@ -8,6 +8,7 @@
  * and, for t, |p|^2 / 2. F is self-concordant, and f at this minimum exceeds the least f by at most (nu + |p|^2 / 2) /
  * tau, with the number nu of logarithms (Y. Nesterov, A. Nemirovskii, Interior-Point Polynomial Algorithms in Convex
  * Programming, doi:10.1137/1.9781611970791). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "cone/rest.h"
 
 #include "kinetree/algebra.h"

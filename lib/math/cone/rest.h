@@ -18,6 +18,7 @@
  * barrier method finds both maxima without a first phase, and A p = c holds to rounding in each of its points. The
  * margin is a continuous function of the load, and changes its sign where rest ends. Therefore events watch the margin.
  * All forces are measured in the largest force of p0. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CONE_REST_H
 #define KT_CONE_REST_H
 

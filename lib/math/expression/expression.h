@@ -1,5 +1,6 @@
 /* A formula as a list of terms in postfix order. Numbers and symbols are put on a stack. An operator replaces the one
  * or two values on top of the stack with its result. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_EXPRESSION_EXPRESSION_H
 #define KT_EXPRESSION_EXPRESSION_H
 

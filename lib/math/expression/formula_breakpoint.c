@@ -14,6 +14,7 @@
  * at t = 1. A very short interval that remains holds a zero without a change of sign, as of (t - 1)^2, or two that
  * cancel.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "expression/formula_breakpoint.h"
 
 #include <float.h>

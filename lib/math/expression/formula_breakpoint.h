@@ -1,4 +1,5 @@
 /* Formulas of time alone, whose only symbol is t: breakpoints and features (formula_breakpoint.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_EXPRESSION_FORMULA_BREAKPOINT_H
 #define KT_EXPRESSION_FORMULA_BREAKPOINT_H
 

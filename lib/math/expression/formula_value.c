@@ -10,6 +10,7 @@
  * and the derivatives of 1 / cosh(8000). A result that is not finite is evaluated again, with numbers of any exponent
  * (wide.h).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/elementary.h"
 #include "expression/expression.h"
 #include "expression/formula_breakpoint.h"

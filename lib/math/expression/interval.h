@@ -2,6 +2,7 @@
  *
  * Each operation widens its interval by two roundings, so that the interval contains the result of exact arithmetic.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_EXPRESSION_INTERVAL_H
 #define KT_EXPRESSION_INTERVAL_H
 

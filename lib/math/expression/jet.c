@@ -4,6 +4,7 @@
  * The jet records whether a value may be NaN. NaN does not affect the bounds, since a comparison with NaN yields a
  * number again.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "expression/jet.h"
 
 #include "expression/taylor.h"

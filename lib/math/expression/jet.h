@@ -1,4 +1,5 @@
 /* Taylor coefficients of a formula over an interval of time: bounds of its value and of its first derivatives. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_EXPRESSION_JET_H
 #define KT_EXPRESSION_JET_H
 

@@ -1,4 +1,5 @@
 /* Values of the operators and functions of formulas. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "expression/expression.h"
 
 #include "algebra/elementary.h"

@@ -1,6 +1,7 @@
 /* Reads formulas with recursive descent, a function for each line of the grammar in kinetree/expression.h, into terms
  * in postfix order. A character yields at most one term, except for `a <op>` pairs that wait for their second value. A
  * text of n bytes therefore has at most n terms. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/text.h"
 #include "expression/expression.h"
 

@@ -1,5 +1,6 @@
 /* Parts of a formula that depend on a single symbol. For the symbol t in -k q + 3 step(t - 2) + v exp(-t), the parts
  * are 3 step(t - 2) and exp(-t). In postfix order the terms of a part are neighbours. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "expression/part.h"
 
 #include <string.h>

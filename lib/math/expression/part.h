@@ -1,4 +1,5 @@
 /* Parts of a formula that depend on one of its symbols alone (part.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_EXPRESSION_PART_H
 #define KT_EXPRESSION_PART_H
 

@@ -18,6 +18,7 @@
  *
  * The operations: number_of(double), double_of, sign_of (a double with the number's sign, NaN of NaN), plus, minus,
  * times, over, number_exp, number_log, number_power (by a double) and number_atan2 (a double). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_EXPRESSION_SERIES_H
 #define KT_EXPRESSION_SERIES_H
 

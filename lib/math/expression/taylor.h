@@ -16,6 +16,7 @@
  * have bounds as long as
  * |x| > 2 |y|. Their weights are then 1 / (1 + y / x) and 1 less that.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_EXPRESSION_TAYLOR_H
 #define KT_EXPRESSION_TAYLOR_H
 

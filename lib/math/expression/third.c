@@ -1,5 +1,6 @@
 /* The third derivative of a formula along a line, by Taylor coefficients (series.h) in doubles. A result that is not
  * finite is evaluated again, with numbers of any exponent (wide.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "expression/third.h"
 #include "expression/wide.h"
 

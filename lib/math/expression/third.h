@@ -1,4 +1,5 @@
 /* The third derivative of a formula along a line. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_EXPRESSION_THIRD_H
 #define KT_EXPRESSION_THIRD_H
 

@@ -2,6 +2,7 @@
  * log(1 + exp(8000)) is 8000, and exp(900) / exp(899) is e. An evaluation with such numbers costs some ten times as
  * much as with doubles, and is used only if a result with doubles is not finite.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "expression/wide.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* Formulas with intermediate values above the largest or below the smallest double. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_EXPRESSION_WIDE_H
 #define KT_EXPRESSION_WIDE_H
 

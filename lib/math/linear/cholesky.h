@@ -1,4 +1,5 @@
 /* Small dense matrices, column-major: products, and Cholesky's factors. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_LINEAR_CHOLESKY_H
 #define KT_LINEAR_CHOLESKY_H
 

@@ -1,5 +1,6 @@
 /* Eigenvalues and vectors of a real matrix by LAPACK's dgeevx: balancing, Hessenberg form, QR. The caller has these
  * arrays among its own arrays (base/arena.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_LINEAR_EIGEN_H
 #define KT_LINEAR_EIGEN_H
 

@@ -8,6 +8,7 @@
  * FMUs, the one-file engine and libraries for other processors compile lapack_call.c without LAPACK (KT_NO_LAPACK).
  * Functions that need LAPACK then return an error.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_LINEAR_LAPACK_H
 #define KT_LINEAR_LAPACK_H
 

@@ -1,4 +1,5 @@
 /* The calls of LAPACK; lib/study/compare/study_lapack.c has the calls that the core does not need. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "linear/lapack.h"
 
 #include <assert.h>

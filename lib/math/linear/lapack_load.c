@@ -1,6 +1,7 @@
 /* LAPACK for the shared library: loaded when it is first needed, from a module in the library's folder or else in the
  * loader's search path. The module is never unloaded: its threads could not be ended safely.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define _GNU_SOURCE /* dladdr */
 #include "linear/lapack.h"
 

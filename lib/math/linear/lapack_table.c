@@ -1,5 +1,6 @@
 /* The module that links OpenBLAS: a table of the calls (lapack_call.c, here and in lib/study/compare), for
  * lapack_load.c. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "linear/lapack.h"
 
 KT_API extern const kt_lapack_table kt_lapack_module;

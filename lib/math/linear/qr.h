@@ -5,6 +5,7 @@
  * The vector u of a reflector is stored below R without its leading 1, as in LAPACK. The caller decides where the rank
  * ends.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_LINEAR_QR_H
 #define KT_LINEAR_QR_H
 

@@ -18,6 +18,7 @@
  * boundary is a singular position. If the result is near a singular position, all coordinates of the groups get equal
  * weights.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "assembly/levenberg_marquardt.h"
 #include "assembly/open_loops.h"
 #include "assembly/rounding.h"

@@ -5,6 +5,7 @@
  * If a motion passes through a singular position instead, its velocities stay finite. The prescribed rate along the
  * lost direction vanishes with the size of that direction. Therefore, near the position (KT_DEAD), the rates of the
  * drives are compared with the rates that the other directions alone can follow. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "assembly/dead_point.h"
 
 #include <string.h>

@@ -1,4 +1,5 @@
 /* Dead points: positions at which a mechanism cannot move as its drives prescribe (derived in dead_point.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CLOSURE_DEAD_POINT_H
 #define KT_CLOSURE_DEAD_POINT_H
 

@@ -3,6 +3,7 @@
  * A change is relative to its scale. The scale of an angle is a radian, and that of a length is the length of the
  * longest loop. The scale of a velocity is the fastest velocity of the mechanism, before or after, in the same units.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/closure.h"
 #include "model/model.h"
 

@@ -1,6 +1,7 @@
 /* Projection of several states at once: the usual course of project.c, operation by operation. A finished state does
  * not change while others continue. States near a singular position, with loops that rounding leaves open, or with
  * velocities that do not fit, need more than the usual course. The projection of one state completes such states. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "assembly/lane_project.h"
 
 #include "assembly/project.h"

@@ -1,4 +1,5 @@
 /* Projection of several states at once (algebra/real3.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CLOSURE_LANE_PROJECT_H
 #define KT_CLOSURE_LANE_PROJECT_H
 

@@ -23,6 +23,7 @@
  * If |r| has a minimum above zero, or a saddle (a stretched chain that must fold to close), other starts are tried
  * around the given one.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "assembly/levenberg_marquardt.h"
 
 #include "assembly/rounding.h"

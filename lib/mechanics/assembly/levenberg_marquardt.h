@@ -1,4 +1,5 @@
 /* Assembly from a state far from closed. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CLOSURE_LEVENBERG_MARQUARDT_H
 #define KT_CLOSURE_LEVENBERG_MARQUARDT_H
 

@@ -1,5 +1,6 @@
 /* The loops that a message names as open, the worst first, and their gaps. If equations contradict each other, the
  * message names the gaps of the least-squares solution, which distributes the contradiction over all equations. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "assembly/open_loops.h"
 #include "assembly/levenberg_marquardt.h"
 #include "assembly/rounding.h"

@@ -1,4 +1,5 @@
 /* Messages about loops that are open, or whose velocities do not fit. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CLOSURE_OPEN_LOOPS_H
 #define KT_CLOSURE_OPEN_LOOPS_H
 

@@ -19,6 +19,7 @@
  * step c / s is of the size of rounding. The next steps do not enlarge c. A parallelogram of d = 1e-10 is driven
  * through s = 3e-5 with a gap of 4 eps, which cost 2e-5 J of 10 J.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "assembly/dead_point.h"
 #include "assembly/levenberg_marquardt.h"
 #include "assembly/open_loops.h"

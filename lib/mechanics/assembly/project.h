@@ -1,4 +1,5 @@
 /* Projection onto the loops: tolerances, one projection in place. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CLOSURE_PROJECT_H
 #define KT_CLOSURE_PROJECT_H
 

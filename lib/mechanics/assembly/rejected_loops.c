@@ -1,6 +1,7 @@
 /* The error of a failure whose cause is a caller's own loop. The equations of such a loop are then NaN, and the failing
  * function does not have the callback's code. Since a callback is a function of its arguments alone, it is called again
  * to obtain the code. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "assembly/rejected_loops.h"
 
 #include "base/where.h"

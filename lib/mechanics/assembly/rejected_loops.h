@@ -1,4 +1,5 @@
 /* The error of a failure whose cause is a caller's own loop. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CLOSURE_REJECTD_LOOPS_H
 #define KT_CLOSURE_REJECTD_LOOPS_H
 

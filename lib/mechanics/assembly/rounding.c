@@ -1,4 +1,5 @@
 /* The part of a violation that rounding may leave. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "assembly/rounding.h"
 
 #include "model/function.h"

@@ -10,6 +10,7 @@
  *
  * A direction of A counts as absent if it is smaller than this share of its possible size (compile/rank.c).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CLOSURE_ROUNDING_H
 #define KT_CLOSURE_ROUNDING_H
 

@@ -1,4 +1,5 @@
 /* Violations of the equations of all groups, and the distance of the groups from a singular position. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "assembly/project.h"
 #include "reduction/kernel.h"
 

@@ -3,6 +3,7 @@
  * A loop acts between two links. The links from below their common ancestor down to each are its paths. Only the
  * coordinates of the paths enter its equations. Loops whose paths share a link form a constraint group (gather.c).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/attach.h"
 
 #include "algebra/vector_parts.h"

@@ -1,5 +1,6 @@
 /* Attaches loops and effects to a tree: declarations that attach.c, paths.c, gather.c, front_order.c and
  * effect_batches.c share. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMPILE_ATTACH_H
 #define KT_COMPILE_ATTACH_H
 

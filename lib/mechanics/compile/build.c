@@ -4,6 +4,7 @@
  * bodies. Links are numbered depth first, so that the recursions mostly pass from a link to the next one in memory.
  * Bodies fixed to one another share a link, whose inertia is the sum of theirs.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/vector_parts.h"
 #include "base/aligned.h"
 #include "base/arena.h"

@@ -1,5 +1,6 @@
 /* Rules for a body: its joint and markers. The rules for its mass properties are in mass_properties.c, the rules for
  * its position in the tree are in check_description.c. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/compile.h"
 #include "joint/joint.h"
 

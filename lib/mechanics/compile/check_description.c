@@ -8,6 +8,7 @@
  * meets its own mark has found a cycle; a walk that meets another mark joins a path of an earlier walk. Every body is
  * marked once.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/compile.h"
 #include "effect/effect.h"
 #include "loop/loop.h"

@@ -3,6 +3,7 @@
  * If the description has other faults as well, bodies with faults are replaced by valid bodies, so that no fault is
  * reported only because of another fault.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/compile.h"
 
 #include <stdlib.h>

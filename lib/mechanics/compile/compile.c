@@ -1,6 +1,7 @@
 /* Compiles a description: checks the options and the description, and builds the model (build.c). If loops or effects
  * are switched, one model is built for each set of these (variants.c). At the end springs that start unstretched are
  * measured (measure.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/compile.h"
 #include "base/options.h"
 #include "compile/one_sided.h"

@@ -1,4 +1,5 @@
 /* The steps from a description to a model. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMPILE_COMPILE_H
 #define KT_COMPILE_COMPILE_H
 

@@ -3,6 +3,7 @@
  *     X_link = X_body X_marker X_end     at a marker, whose origin is the end's point: X_end is a rotation
  *     X_link = X_body X_end              else
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/attach.h"
 
 kt_status kt_attach_place_end(const kt_model *m, const kt_end *end, int32_t *body, int32_t *link, kt_pose *frame,

@@ -1,4 +1,5 @@
 /* Formulas of effects: read once more into the model's numbers, and their variables as places in the model; or laws. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/aligned.h"
 #include "compile/attach.h"
 #include "expression/part.h"

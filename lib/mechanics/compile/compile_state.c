@@ -1,5 +1,6 @@
 /* Checks auxiliary states and adds them to a model. Each state adds a formula, like an effect in a joint, or the law of
  * an effect. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/attach.h"
 #include "compile/compile.h"
 #include "model/check.h"

@@ -1,4 +1,5 @@
 /* Bodies whose mass is a function of time: their check, and their records in a model. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/attach.h"
 #include "compile/compile.h"
 

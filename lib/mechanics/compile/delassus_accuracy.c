@@ -16,6 +16,7 @@
  * once, at the initial positions. The velocities move all joints; the joint forces are zero in the first comparison,
  * and not in the second.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/pool.h"
 #include "compile/compile.h"
 #include "reduction/kernel.h"

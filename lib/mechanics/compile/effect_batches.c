@@ -6,6 +6,7 @@
  * Effects on joints need no motion of links. The other effects need the motion of the links with their ends, and of all
  * links from these towards the ground.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/attach.h"
 #include "effect/effect.h"
 #include "effect/path.h"

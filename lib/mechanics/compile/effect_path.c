@@ -1,4 +1,5 @@
 /* The paths of effects: their points in the axes of links, and the list of these links. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/attach.h"
 #include "effect/path.h"
 

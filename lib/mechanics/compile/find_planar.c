@@ -10,6 +10,7 @@
  * prismatic joints between two revolute joints. An axis that is oblique by more than PARALLEL = 32 eps (1.5e-9 arc
  * seconds) is taken as oblique on purpose.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/find_planar.h"
 #include "algebra/vector_parts.h"
 

@@ -1,4 +1,5 @@
 /* Finds the trees that move in a plane (model/planar.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMPILE_FIND_PLANAR_H
 #define KT_COMPILE_FIND_PLANAR_H
 

@@ -5,6 +5,7 @@
  * parameter gives a joint armature, and if few equations lose digits (delassus_accuracy.c). The costs are measured:
  * bench/run forms.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/compile.h"
 #include "constraint/formula_row.h"
 #include "reduction/delassus.h"

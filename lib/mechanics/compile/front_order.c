@@ -7,6 +7,7 @@
  * The first order keeps the number of active links low at each link, the second is that of the model, the third is by
  * depth.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/attach.h"
 #include "constraint/group.h"
 #include "reduction/delassus.h"

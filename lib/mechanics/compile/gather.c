@@ -4,6 +4,7 @@
  * ground). The lower ancestor then lies on the other loop's path. Therefore a group has one parent link, which carries
  * the whole group, and different groups have no coordinate in common.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/attach.h"
 #include "compile/compile.h"
 #include "constraint/formula_row.h"

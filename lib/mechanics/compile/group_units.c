@@ -19,6 +19,7 @@
  * L, and their singular values are L and 1 / L. In rows and coordinates relative to L, the singular values are of the
  * size 1. Dense groups are therefore scaled, too, if L is beyond RATIO metres, or below 1 / RATIO.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/attach.h"
 #include "constraint/formula_row.h"
 #include "constraint/group.h"

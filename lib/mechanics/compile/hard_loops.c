@@ -1,5 +1,6 @@
 /* The loops that replace hard effects: stops, contacts, and friction that sticks (one_sided.c makes them).
  * These loops are the last loops of a description, in the order of the effects. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/one_sided.h"
 
 #include "effect/effect.h"

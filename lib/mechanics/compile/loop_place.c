@@ -11,6 +11,7 @@
  * Motions out of the plane would change other equations, and are rejected. If a type has no equations of orientation,
  * tilts of the frame do not matter.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/attach.h"
 #include "compile/compile.h"
 #include "compile/find_planar.h"

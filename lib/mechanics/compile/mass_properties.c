@@ -9,6 +9,7 @@
  *   polygon    I = R m [[yy + e, -xy, 0], [-xy, xx + e, 0], [0, 0, xx + yy]] R'
  *              e = d^2 / 12, d the thickness, and the means of polygon.h
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/require.h"
 #include "compile/compile.h"
 #include "model/describe.h"

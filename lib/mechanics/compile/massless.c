@@ -16,6 +16,7 @@
  * with pivots on the diagonal: along the first columns of N B dampers resist, along the others none does
  * (evaluate/quasi_static.c).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/pool.h"
 #include "compile/attach.h"
 #include "compile/compile.h"

@@ -1,5 +1,6 @@
 /* Measures the lengths of springs that start unstretched, in the assembled initial state. If the loops do not close,
  * the given state is used; a simulation reports that. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/pool.h"
 #include "compile/compile.h"
 #include "effect/effect.h"

@@ -8,6 +8,7 @@
  * the mechanism moves. If effects act on a link without inertia, its motion follows from the balance of their forces
  * (massless.c). Such a link is given armature, and the tree is tested again.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/pool.h"
 #include "compile/attach.h"
 #include "dynamics/dynamics.h"

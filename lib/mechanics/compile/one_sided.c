@@ -12,6 +12,7 @@
  * models, and keeps its index. If the loop or its effect is switched off, the loop is released at first. Friction of a
  * joint is released with both of its switches (compile/variants.c).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/one_sided.h"
 
 #include "base/copy.h"

@@ -1,4 +1,5 @@
 /* Hard stops, contacts and sticking friction of a description, as switched loops. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMPILE_ONE_SIDED_H
 #define KT_COMPILE_ONE_SIDED_H
 

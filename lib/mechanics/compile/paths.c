@@ -6,6 +6,7 @@
  * beginning of another path down from the same link, both are stored once. The paths of the net then take O(n) memory.
  * (Not so if the links at their ends are all different, as in a ladder whose rungs are bodies.)
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "assembly/rounding.h"
 #include "compile/attach.h"
 

@@ -6,6 +6,7 @@
  * joints (reach). If these equations do not hold, the loop may not close at all. The spatial kernels, which then
  * compute the trees, report that.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/attach.h"
 #include "compile/find_planar.h"
 #include "loop/loop.h"

@@ -5,6 +5,7 @@
  *
  * and less the squares of the centroid.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/compile.h"
 
 #include <math.h>

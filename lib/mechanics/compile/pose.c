@@ -1,4 +1,5 @@
 /* Poses and twists of all links by the functions of the C library, for set-up, when there are no data yet. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/compile.h"
 
 #include "dynamics/joint_motion.h"

@@ -7,6 +7,7 @@
  * chosen at the position with the largest last direction. The chosen equations get a weight, so that the same choice is
  * made everywhere, unless the rows are much shorter at another position (group.h).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/aligned.h"
 #include "compile/rank_samples.h"
 #include "constraint/rejecting_loop.h"

@@ -2,6 +2,7 @@
  *
  * Such a group closes only at the given position. The loops of such a group are corrected to the last digit, or
  * the group counts as closed up to a disagreement. Both only count if the mechanism then moves. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "assembly/levenberg_marquardt.h"
 #include "assembly/rounding.h"
 #include "compile/rank_samples.h"

@@ -12,6 +12,7 @@
  *
  * If the group has other loops, these are closed with the places held. If that fails, the places follow, and the loops
  * are closed once more. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "assembly/levenberg_marquardt.h"
 #include "assembly/rounding.h"
 #include "base/pool.h"

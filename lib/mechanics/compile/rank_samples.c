@@ -2,6 +2,7 @@
  *
  * The positions are displaced by generic steps, and closed again. At each position, the equations are factored. The
  * largest rank counts. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/rank_samples.h"
 
 #include "assembly/levenberg_marquardt.h"

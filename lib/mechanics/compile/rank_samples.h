@@ -1,5 +1,6 @@
 /* The samples of rank.c: positions at which constraint groups are closed, and the ranks of the groups at these
  * positions. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMPILE_RANK_SAMPLES_H
 #define KT_COMPILE_RANK_SAMPLES_H
 

@@ -1,4 +1,5 @@
 /* Effects in coordinates: of joints, and of loops, which act on the loop's ends (evaluate/relative_force.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/attach.h"
 #include "constraint/relative_coordinate.h"
 #include "effect/path.h"

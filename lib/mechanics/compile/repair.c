@@ -17,6 +17,7 @@
  * position is an additional q_s. A search along the motion finds this position, at which the smallest direction of A
  * and its rows vanish. W has one direction more at this position.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/rank_samples.h"
 
 #include "assembly/levenberg_marquardt.h"

@@ -4,6 +4,7 @@
  * write it. The recursions read bodies by way of their links, whose inertias are summed again; a planar link is
  * projected again.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/compile.h"
 #include "compile/find_planar.h"
 #include "dynamics/dynamics.h"

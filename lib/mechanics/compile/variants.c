@@ -12,6 +12,7 @@
  * single group whose rows were left out would fill and factor its matrices of 18 coordinates in flight, too. All models
  * are copied into one block.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/compile.h"
 
 #include "base/copy.h"

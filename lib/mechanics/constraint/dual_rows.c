@@ -10,6 +10,7 @@
  *     phi' = A v - b'
  * give the change of the velocities that a change of the positions requires.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/formula_row.h"
 #include "constraint/rejecting_loop.h"
 #include "constraint/support.h"

@@ -1,4 +1,5 @@
 /* The motion along which loops and effects are differentiated, and rates of loops by dual numbers. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CONSTRAINT_DUAL_ROWS_H
 #define KT_CONSTRAINT_DUAL_ROWS_H
 

@@ -6,6 +6,7 @@
  * and third derivatives likewise (kt_expression_third) those of the drift, with any s,
  *     6 s f_jkl v_k v_l = D3(v + s e_j) - D3(v - s e_j) - 2 D3(s e_j)
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/formula_row.h"
 
 #include "expression/third.h"

@@ -1,4 +1,5 @@
 /* The contribution of a coupling's formula to its equation: phi = c . q + f(q) - offset. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CONSTRAINT_FORMULA_ROW_H
 #define KT_CONSTRAINT_FORMULA_ROW_H
 

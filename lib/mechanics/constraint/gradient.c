@@ -1,5 +1,6 @@
 /* The gradient of sums of the loops' equations at a state. Planar loops use their own forms, and others dual numbers.
  * If one loop has equations without a form in the plane, all loops use dual numbers. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/formula_row.h"
 
 #include <string.h>

@@ -1,4 +1,5 @@
 /* The gradient of sums of the loops' equations at a state. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CONSTRAINT_GRADIENT_H
 #define KT_CONSTRAINT_GRADIENT_H
 

@@ -1,4 +1,5 @@
 /* The layout of a group's matrices. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/group.h"
 
 size_t kt_group_layout(kt_group *group) {

@@ -2,6 +2,7 @@
  *
  * A group has k equations A x = b in the m coordinates x of its links. All matrices are column-major.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CONSTRAINT_GROUP_H
 #define KT_CONSTRAINT_GROUP_H
 

@@ -1,4 +1,5 @@
 /* The wrenches of the loops, from their equations' multipliers: the sum of the rows' wrenches times lambda. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/loop_wrenches.h"
 #include "constraint/spatial_rows.h"
 

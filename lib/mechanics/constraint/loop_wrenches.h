@@ -1,4 +1,5 @@
 /* The wrenches of the loops (loop_wrenches.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CONSTRAINT_LOOP_WRENCHES_H
 #define KT_CONSTRAINT_LOOP_WRENCHES_H
 

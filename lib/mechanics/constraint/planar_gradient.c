@@ -13,6 +13,7 @@
  *     dP' = J (P - o),  dP'' = 2 J (P' - o')                              by v
  * A prismatic joint along e turns with w and alpha. A prismatic joint adds e, w_f J e and alpha J e - w^2 e by q; by v,
  * it adds e and 2 w J e. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/gradient.h"
 #include "constraint/planar_rows.h"
 

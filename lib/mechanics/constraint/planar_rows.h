@@ -18,6 +18,7 @@
  * A spatial row is the row of the loop's type in space (loop/loop.h), for ends in the basis (e1, e2, n) of the plane.
  * Only the moment about n and the force in the plane are taken from its wrench.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CONSTRAINT_PLANAR_ROWS_H
 #define KT_CONSTRAINT_PLANAR_ROWS_H
 

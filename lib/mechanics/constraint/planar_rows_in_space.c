@@ -1,6 +1,7 @@
 /* The equations of a planar loop without a special form in the plane: the equations in space, for ends that move in the
  * plane.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/planar_rows.h"
 
 /* An end of a loop in the basis (e1, e2, n). */

@@ -1,6 +1,7 @@
 /* Finds the caller's own loop that rejects a state. The loop's equations are computed once more in this state, with a
  * callback that records the first number that the loop's own callback returns, and whether its equations are finite.
  * Differences call the loop's callback in neighbouring states, too. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/rejecting_loop.h"
 
 #include "constraint/spatial_rows.h"

@@ -1,4 +1,5 @@
 /* Callers' own loops whose callbacks reject a state. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CONSTRAINT_REJECTING_LOOP_H
 #define KT_CONSTRAINT_REJECTING_LOOP_H
 

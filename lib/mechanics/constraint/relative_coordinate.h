@@ -13,6 +13,7 @@
  *
  * In this sum the links of the loop whose axes stay parallel to e count turns; screws count turns, too.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CONSTRAINT_RELATIVE_COORDINATE_H
 #define KT_CONSTRAINT_RELATIVE_COORDINATE_H
 

@@ -14,6 +14,7 @@
  * loads the bodies on the path of the loop's second end by its wrench, about the second end's point, and those on the
  * path of the first end by the opposite one. The joints carry it with the other sign.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/self_stress.h"
 #include "constraint/spatial_rows.h"
 

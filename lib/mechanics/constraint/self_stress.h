@@ -1,4 +1,5 @@
 /* The reactions that redundant loops leave undetermined (self_stress.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CONSTRAINT_SELF_STRESS_H
 #define KT_CONSTRAINT_SELF_STRESS_H
 

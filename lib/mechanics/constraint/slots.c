@@ -1,4 +1,5 @@
 /* The order of a group's equations and that of the loops. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/group.h"
 
 void kt_rows_scatter(const kt_model *model, const kt_group *group, int count, const double *slots, double *equations) {

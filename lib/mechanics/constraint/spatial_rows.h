@@ -5,6 +5,7 @@
  * this end. For a degree of freedom let s be its angular velocity, and u the velocity that the degree of freedom gives
  * to the point. The entry of the row is n . s + f . u, with the opposite sign on the first path.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CONSTRAINT_SPATIAL_ROWS_H
 #define KT_CONSTRAINT_SPATIAL_ROWS_H
 

@@ -1,5 +1,6 @@
 /* Stops that callbacks of loops request. Functions that evaluate loops call callbacks many times, and most functions
  * repeat a failed evaluation in another way, so that a single failure of a callback would go unnoticed. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/rejecting_loop.h"
 
 #include "base/where.h"

@@ -1,4 +1,5 @@
 /* The memory of the self-stresses of groups (self_stress.h), and the order of the joints that they load. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/self_stress.h"
 
 KT_ARENA_ARRAYS(place_stress, kt_stress, KT_STRESS_FIELDS, const kt_stress *s)

@@ -13,6 +13,7 @@
  * Degree of freedom i moves a part. A wrench W about O on this part has the joint force S_i . W. The degrees of freedom
  * before S_i, and those of its node, carry S_i along by S_k x S_i.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CONSTRAINT_SUPPORT_H
 #define KT_CONSTRAINT_SUPPORT_H
 

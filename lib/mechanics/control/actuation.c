@@ -3,6 +3,7 @@
  * 0
  *     Z' S' forces = Z' n
  * and with y = sqrt(W) forces, the least y has the least forces' W forces. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "base/where.h"
 #include "control/control.h"

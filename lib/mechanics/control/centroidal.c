@@ -4,6 +4,7 @@
  * The rates at rest of all joint accelerations are sums over links of
  *     F = m a + alpha x h + w x (w x h),   N = h x a + J alpha + w x J w + (o - g) x F
  * with the accelerations due to the velocities alone (frame.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "control/control.h"
 #include "dynamics/joint_motion.h"
 

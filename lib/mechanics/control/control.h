@@ -1,4 +1,5 @@
 /* Declarations that the files of this folder share. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CONTROL_CONTROL_H
 #define KT_CONTROL_CONTROL_H
 

@@ -8,6 +8,7 @@
  *     C = (dtau/dv + M W) / 2
  * Armature is no part of this M: it does not change with the position, and belongs to no body that turns.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "control/control.h"
 #include "dynamics/dynamics_derivative.h"

@@ -5,6 +5,7 @@
  *
  * The link that carries link i has the angular velocity w_p. The linear part of the joint's velocity is u_i, and r_i is
  * the offset between their origins. The vector x_i leads from link i's origin to the point. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "control/control.h"
 
 #include <string.h>

@@ -11,6 +11,7 @@
  *     d(R' y) = R' (dy - dr x y),   d(u + p x omega) = du + dp x omega + p x d(omega)
  * dr and dp are the rotation of the body and the displacement of the point: omega and u by time, s and j by q_k.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "control/control.h"
 #include "dynamics/joint_motion.h"
 

@@ -2,6 +2,7 @@
  * are its rows of the chosen coordinates s. With x0 a particular solution of A x = b,
  *     x = x0 + Z z,   Z_s z = x_s - x0_s,      basis B = Z Z_s^-1
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "control/control.h"
 
 #include "base/where.h"

@@ -1,4 +1,5 @@
 /* Householder's QR decomposition of one matrix, and the solutions with it. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "control/least.h"
 
 #include <string.h>

@@ -1,5 +1,6 @@
 /* Equations with a matrix A (m x k), factored by QR decomposition with column pivoting, A P = Q [R; 0]
  * (linear/qr.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CONTROL_LEAST_H
 #define KT_CONTROL_LEAST_H
 

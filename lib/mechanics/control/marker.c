@@ -1,5 +1,6 @@
 /* Frames of markers: those of their bodies, turned by a constant rotation S. So with KT_TWIST_BODY every quantity y in
  * the body's axes becomes S'y in the marker's. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "control/control.h"
 
 static const kt_marker_record *marker_record_of(const kt_model *model, int body, int marker) {

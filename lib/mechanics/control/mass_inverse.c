@@ -1,5 +1,6 @@
 /* The response of accelerations to joint forces. For a tree it is M^-1 (dynamics/aba_inverse.h), and with loops Z (Z' M
  * Z)^-1 Z'. If loops are few, these matrices are used, otherwise the factors along the tree (derivative/kkt.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "control/mass_inverse.h"
 
 #include "derivative/dense_or_tree.h"

@@ -1,4 +1,5 @@
 /* The inverse of a mass matrix, and the memory that operational-space inertia takes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CONTROL_MASS_INVERSE_H
 #define KT_CONTROL_MASS_INVERSE_H
 

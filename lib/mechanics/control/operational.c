@@ -4,6 +4,7 @@
  * Three ratios measure the mobility of a row of J. The first is its size over its largest possible size. The second is
  * its remainder with the loops over its value without them. The third is its pivot in L over the value without the rows
  * before it. The reciprocal condition number is the least product of the three over all rows. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "assembly/levenberg_marquardt.h"
 #include "control/mass_inverse.h"
 #include "linear/cholesky.h"

@@ -3,6 +3,7 @@
  *     da = Q1 y + Z z,   R1' y = E,   (Z' M Z) z = -Z' (D + M Q1 y)
  * Otherwise M da - A' dlambda = -D, A da = E is solved along the tree (kkt.h). Without loops M da = -D is solved with
  * the factors of M along the tree. With respect to joint forces D = -1 and E = 0. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "derivative/stiffness.h"
 

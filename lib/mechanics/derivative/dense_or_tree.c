@@ -1,4 +1,5 @@
 /* The choice between dense factors of the loops' equations and factors along the tree. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "derivative/dense_or_tree.h"
 
 #include "constraint/group.h"

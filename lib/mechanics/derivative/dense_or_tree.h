@@ -1,6 +1,7 @@
 /* The choice between dense factors of the loops' equations, which are faster if loops are few, and factors along the
  * tree (kkt.h). All thresholds of this choice are here. The thresholds of a group within the recursion are in
  * compile/form.c. The threshold between plain loops and LAPACK is KT_LARGE (constraint/group.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DERIVATIVE_DENSE_OR_TREE_H
 #define KT_DERIVATIVE_DENSE_OR_TREE_H
 

@@ -5,6 +5,7 @@
  * wherever the differences converge. Rounding adds some eps / h of the values. Steps begin with KT_DIFFERENCE_STEP and
  * become shorter as long as the bound is too large. For example, friction that changes its sign over 1e-3 rad/s needs h
  * = 3e-5. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DERIVATIVE_DIFFERENCE_H
 #define KT_DERIVATIVE_DIFFERENCE_H
 

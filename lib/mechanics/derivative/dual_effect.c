@@ -1,5 +1,6 @@
 /* Derivatives of the wrench and of the joint force of an effect by dual numbers, from the effect's own code. Dual
  * numbers serve types without derivatives in closed form (effect/effect.h), and check those in closed form. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "derivative/dual_effect.h"
 
 #include "constraint/relative_coordinate.h"

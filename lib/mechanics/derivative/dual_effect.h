@@ -1,4 +1,5 @@
 /* Derivatives of effects by dual numbers (dual_effect.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DERIVATIVE_DUAL_EFFECT_H
 #define KT_DERIVATIVE_DUAL_EFFECT_H
 

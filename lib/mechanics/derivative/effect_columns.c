@@ -1,5 +1,6 @@
 /* The degrees of freedom that move the ends of effects, and the columns of derivatives that they have. The mathematics
  * is that of effect_derivatives.c. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "derivative/effect_columns.h"
 
 #include "evaluate/evaluate.h"

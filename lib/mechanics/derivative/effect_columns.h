@@ -1,5 +1,6 @@
 /* The degrees of freedom that move the ends of effects, and the columns of derivatives for each of these degrees of
  * freedom (effect_columns.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DERIVATIVE_EFFECT_COLUMNS_H
 #define KT_DERIVATIVE_EFFECT_COLUMNS_H
 

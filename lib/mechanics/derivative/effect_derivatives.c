@@ -23,6 +23,7 @@
  * The poses, S and psi' are those of the terms of the tree (dynamics/dynamics_derivative.h). Positions are relative to
  * the base of a tree, and velocities to that of its first link, so that nothing cancels far from the world's origin.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "derivative/effect_derivatives.h"
 
 #include "base/copy.h"

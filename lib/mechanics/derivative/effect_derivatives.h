@@ -1,4 +1,5 @@
 /* The contributions of effects to the linearised equations of motion (effect_derivatives.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DERIVATIVE_EFFECT_DERIVATIVES_H
 #define KT_DERIVATIVE_EFFECT_DERIVATIVES_H
 

@@ -1,5 +1,6 @@
 /* Derivatives of the forces of a caller's own effects that have none, by central differences (difference.h). At a jump
  * or a kink no step is accurate enough. The remaining error is kept in the data (kt_data_difference_error). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "derivative/difference.h"
 #include "derivative/stiffness.h"
 

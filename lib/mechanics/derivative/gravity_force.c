@@ -8,6 +8,7 @@
  *     dG_i / dq_k = S_i . (h_i x (s_k x g), m_i (s_k x g))              k in i's node or before it
  *     dG_i / dq_k = -s_i . ((s_k x h_k + m_k j_k) x g)                  k after i's node
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "derivative/gravity_force.h"
 
 /* From the composite inertia of a link, whose block from rotations to forces is -[h]x. */

@@ -1,5 +1,6 @@
 /* Gravity forces in joints, which formulas read, and their derivatives by positions (gravity_force.c). The terms of the
  * tree are those of inverse dynamics, in which no joint is projected out. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DERIVATIVE_GRAVITY_FORCE_H
 #define KT_DERIVATIVE_GRAVITY_FORCE_H
 

@@ -1,5 +1,6 @@
 /* One QR decomposition of all loops' equations, like the decomposition of a group in
  * lib/mechanics/reduction/qr_method.c. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "derivative/jacobian_qr.h"
 
 #include "linear/cholesky.h"

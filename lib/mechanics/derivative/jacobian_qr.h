@@ -4,6 +4,7 @@
  *
  * The factors serve the linearised equations of mechanisms with few loops, and reductions without other factors
  * (stiffness.c, sensitivity/projection.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DERIVATIVE_JACOBIAN_QR_H
 #define KT_DERIVATIVE_JACOBIAN_QR_H
 

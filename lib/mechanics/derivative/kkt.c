@@ -1,4 +1,5 @@
 /* Memory and calls of kkt.h: the kernels of the model's instruction set. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "derivative/kkt.h"
 
 #include "evaluate/evaluate.h"

@@ -40,6 +40,7 @@
  * A right-hand side takes time in proportion to the number of links, for any loops. Several are treated at a time, one
  * a lane.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DERIVATIVE_KKT_H
 #define KT_DERIVATIVE_KKT_H
 

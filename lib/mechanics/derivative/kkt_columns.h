@@ -1,4 +1,5 @@
 /* Columns of kkt.h in progress, a column8 of them at a time, and the operations that both kernels for columns share. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DERIVATIVE_KKT_COLUMNS_H
 #define KT_DERIVATIVE_KKT_COLUMNS_H
 

@@ -1,4 +1,5 @@
 /* The factors of kkt.h: articulated inertias from the tips to the ground. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "derivative/kkt_link.h"
 #include "reduction/planar_group.h"
 #include "reduction/spatial_group.h"

@@ -1,4 +1,5 @@
 /* The maps of kkt.h of a group by fronts: the parts of an elimination that all right-hand sides share. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "derivative/kkt_link.h"
 #include "linear/cholesky.h"

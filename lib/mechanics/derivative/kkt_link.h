@@ -1,5 +1,6 @@
 /* The operations of a link that both kernels of kkt.h share. Accelerations (alpha, a) have three components if the
  * planar kernels treat the link, otherwise six. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DERIVATIVE_KKT_LINK_H
 #define KT_DERIVATIVE_KKT_LINK_H
 

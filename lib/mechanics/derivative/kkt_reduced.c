@@ -10,6 +10,7 @@
  *
  * For a group by dense matrices, the columns are its null space. Finally, each coordinate outside groups has a column.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "derivative/kkt_columns.h"
 
 #include <string.h>

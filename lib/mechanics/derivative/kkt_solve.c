@@ -1,5 +1,6 @@
 /* Right-hand sides of kkt.h, a strip of columns at a time: wrenches from the tips to the ground, accelerations
  * back. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "derivative/kkt_columns.h"
 
 #define KT_COLUMN column8

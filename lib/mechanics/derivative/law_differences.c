@@ -1,4 +1,5 @@
 /* Derivatives of laws that give none, by central differences in each of their variables (difference.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "derivative/difference.h"
 #include "derivative/dual_effect.h"
 #include "evaluate/effect_formula.h"

@@ -1,5 +1,6 @@
 /* The response of the loops at a state, and their multipliers, over the kernels of the model's instruction set and
  * sweep. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "derivative/loop_response.h"
 
 #include "assembly/project.h"

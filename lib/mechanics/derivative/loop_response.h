@@ -1,4 +1,5 @@
 /* The response of the loops at a state to joint forces and to changes of their equations, and their multipliers. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DERIVATIVE_LOOP_RESPONSE_H
 #define KT_DERIVATIVE_LOOP_RESPONSE_H
 

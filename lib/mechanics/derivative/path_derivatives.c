@@ -4,6 +4,7 @@
  * the link's origin. The force depends on L and L', and these, like the gradient, on the motion of all links. Each link
  * is therefore treated as an end of a caller's own effect, whose wrenches depend on the motion of all ends
  * (kt_effect_subtract_own_column). Dual numbers differentiate the code of the path itself. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "derivative/path_derivatives.h"
 
 #include "derivative/dual_effect.h"

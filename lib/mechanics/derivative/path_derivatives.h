@@ -1,4 +1,5 @@
 /* Derivatives of the joint forces of effects along paths (path_derivatives.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DERIVATIVE_PATH_DERIVATIVES_H
 #define KT_DERIVATIVE_PATH_DERIVATIVES_H
 

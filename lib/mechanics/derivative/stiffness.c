@@ -20,6 +20,7 @@
  * (support.h). Numerical differentiation is used only for a caller's own effects without derivatives
  * (effect_differences.c).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "derivative/stiffness.h"
 
 #include "assembly/project.h"

@@ -1,5 +1,6 @@
 /* The linearised equations of motion of a whole mechanism, before anything is solved (stiffness.c).
  * kt_stiffness_evaluate reduces them, and kt_acceleration_derivatives solves them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DERIVATIVE_STIFFNESS_H
 #define KT_DERIVATIVE_STIFFNESS_H
 

@@ -1,4 +1,5 @@
 /* Forward dynamics of trees in space: the recursion of aba.h, in which each joint is eliminated by itself. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/aba.h"
 #include "dynamics/dynamics.h"
 

@@ -31,6 +31,7 @@
  * would exceed an exact inertia about the other directions. (inertia_check.c has a sharper test, made once at
  * compilation.)
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DYNAMICS_ABA_H
 #define KT_DYNAMICS_ABA_H
 

@@ -1,5 +1,6 @@
 /* Forward dynamics of trees with armature, in space and in the plane: aba.c and aba_planar.c with another elimination
  * of joints. Both are compiled separately, so that armature does not change the code for models without armature. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/aba.h"
 #include "dynamics/aba_planar.h"
 #include "dynamics/dynamics.h"

@@ -1,4 +1,5 @@
 /* The terms of M^-1 for a model's instruction set. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/aba_inverse.h"
 
 KT_ARENA_ARRAYS(place_arrays, kt_inverse_terms, KT_INVERSE_FIELDS, const kt_counts *n)

@@ -11,6 +11,7 @@
  * F is shifted to the parent's origin, and the acceleration A to the child's (Featherstone 2008, 7.3). The passes are
  * factors of M^-1 (Rodriguez, Jain, Kreutz-Delgado, Spatial operator algebra, J. Astronautical Sciences 40, 1992).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DYNAMICS_ABA_INVERSE_H
 #define KT_DYNAMICS_ABA_INVERSE_H
 

@@ -1,4 +1,5 @@
 /* The passes of aba_inverse.h. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/aba.h"
 #include "dynamics/aba_inverse.h"
 

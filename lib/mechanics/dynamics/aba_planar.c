@@ -1,5 +1,6 @@
 /* Forward dynamics of planar trees: the recursion of aba_planar.h, in which each joint is eliminated by itself.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/aba_planar.h"
 #include "dynamics/dynamics.h"
 

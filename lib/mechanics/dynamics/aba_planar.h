@@ -24,6 +24,7 @@
  * tree, only the joint is eliminated (aba_planar.c); with loops, a constraint group (reduction/planar_links.c). The
  * numbers that pass from one link to the next stay in registers. The pivot test is that of aba.h.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DYNAMICS_ABA_PLANAR_H
 #define KT_DYNAMICS_ABA_PLANAR_H
 

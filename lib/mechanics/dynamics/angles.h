@@ -1,4 +1,5 @@
 /* Sines and cosines of the joint angles, of one state or of all lanes (algebra/real3.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DYNAMICS_ANGLES_H
 #define KT_DYNAMICS_ANGLES_H
 

@@ -1,6 +1,7 @@
 /* Armature, the rotor inertia reflected to a degree of freedom: its flags in a model, and its energy
  *   T = sum a v^2 / 2
  * aba.h describes its part in the recursions. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/dynamics.h"
 #include "dynamics/joint_motion.h"
 

@@ -1,4 +1,5 @@
 /* Frames and points of bodies, from the kinematics of their links (point.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/point.h"
 
 #include "dynamics/dynamics.h"

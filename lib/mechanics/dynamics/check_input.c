@@ -1,4 +1,5 @@
 /* Checks of inputs: numbers that are not finite, and quaternions of zeros. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "joint/joint.h"

@@ -8,6 +8,7 @@
  * Backward pass: the composites and the wrenches F, a link after the other. Columns: F of a block of degrees of freedom
  * at a time (crba.h), from link to link in registers.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/crba.h"
 #include "dynamics/aba.h"
 #include "dynamics/sweep.h"

@@ -11,6 +11,7 @@
  * Otherwise, and in a block that is not full, the lanes are written one by one. Each lane is the same sum for any
  * width.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DYNAMICS_CRBA_H
 #define KT_DYNAMICS_CRBA_H
 

@@ -9,6 +9,7 @@
  *   revolute            (n, f) = (J, (-h_y, h_x))
  *   prismatic along u   (n, f) = (h x u, m u)
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/crba.h"
 #include "dynamics/sweep_planar.h"
 

@@ -5,6 +5,7 @@
  *
  * The columns of a strip are neighbours in depth-first order. Therefore the nodes before all columns are the support of
  * the first column: its path to the root. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/dynamics_derivative.h"
 #include "dynamics/sweep.h"
 

@@ -6,6 +6,7 @@
  *     D_ki = dtau_k / dq_i = S_k . f_i                                             k before i's node
  *     M_ik = S_k . I^C_i S_i, and the armature on the diagonal
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/dynamics_derivative.h"
 #include "dynamics/sweep.h"
 

@@ -14,6 +14,7 @@
  * and D_ki has P of k's own field, at rest before k. All are relative to o, since trees may travel fast, and as in
  * rnea_gradient_planar.c for the sum over i. Signs of joints about -n multiply both.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/dynamics_derivative.h"
 #include "dynamics/sweep_planar.h"
 

@@ -1,4 +1,5 @@
 /* From strips of columns, in the order of the links, to matrices in the order of the coordinates. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/dynamics_derivative.h"
 
 KT_INLINE void copy_number(const kt_derivative_work *w, size_t nv, size_t i, size_t k, const kt_v8 *from, double *to) {

@@ -1,5 +1,6 @@
 /* The terms of the derivatives of each degree of freedom (dynamics_derivative.h): a forward pass and a backward pass.
  * */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/aba.h"
 #include "dynamics/dof.h"
 #include "dynamics/dynamics_derivative.h"

@@ -7,6 +7,7 @@
  *     psi'' = A_C x S_k + C x psi'
  *     phi   = psi' + V x S_k
  * The translations of a free link are one node, its rotations the next. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DYNAMICS_DOF_H
 #define KT_DYNAMICS_DOF_H
 

@@ -1,5 +1,6 @@
 /* The calls of dynamics.h. The calls call the kernels of the model's instruction set and sweep, replace missing inputs
  * by zeros, and write results only when these are complete. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/dynamics.h"
 #include "base/where.h"
 #include "dynamics/aba_inverse.h"

@@ -3,6 +3,7 @@
  * A kernel does not check its arguments: no pointer is NULL, and outputs are scratch memory of the data. A kernel that
  * can fail returns the link at which it failed, or 0.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DYNAMICS_DYNAMICS_H
 #define KT_DYNAMICS_DYNAMICS_H
 

@@ -1,4 +1,5 @@
 /* The calls of dynamics.h for derivatives: memory, checks, the kernels of the model's instruction set, results. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/dynamics_derivative.h"
 #include "base/copy.h"
 #include "dynamics/rnea_gradient.h"

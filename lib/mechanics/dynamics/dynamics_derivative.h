@@ -47,6 +47,7 @@
  * the world's origin or in a tree that travels fast. The equations of motion do not change with this origin and
  * velocity (Galilei). A link's own matrices are about its own origin.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DYNAMICS_DYNAMICS_DERIVATIVE_H
 #define KT_DYNAMICS_DYNAMICS_DERIVATIVE_H
 

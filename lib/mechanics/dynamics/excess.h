@@ -1,4 +1,5 @@
 /* Whether the motion of links is finite. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DYNAMICS_EXCESS_H
 #define KT_DYNAMICS_EXCESS_H
 

@@ -5,6 +5,7 @@
  * a link carries, about the link's origin, and r the offset of a child,
  *     h = R hb + sum (h_child + m_child r),   tau = -S . (h x g, m g)
  * which is the derivative of the potential energy along S. The links below such a joint are all among these links. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/angles.h"
 #include "dynamics/dynamics.h"
 #include "dynamics/sweep.h"

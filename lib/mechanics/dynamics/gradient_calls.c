@@ -1,5 +1,6 @@
 /* The gradient of a sum of joint forces, and M^-1 x, by the kernels of a model's instruction set and sweep. Models with
  * spatial and planar links are computed in space. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/aba_inverse.h"
 #include "dynamics/rnea_gradient.h"
 

@@ -6,6 +6,7 @@
  * parts. One is the sum of the traces of the rigid inertias carried. The other is the largest of two kinds of terms:
  * sum s_i^2 J_ii of rotations that were projected out, and mass times r^2 of shifts. If prismatic joints change r, the
  * present r is used. Behind a spherical or a free joint no part of J remains: its rows are then exactly zero. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/aba.h"
 #include "dynamics/dynamics.h"
 

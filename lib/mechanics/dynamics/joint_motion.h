@@ -1,6 +1,7 @@
 /* The effect of each elementary motion on a link (model/motion.h): its pose, and its degrees of freedom, in world axes
  * about the link's own origin. The latter determine velocities, Jacobians, joint forces and the rows of loops. Each of
  * these is a function that kt_dofs_visit calls for one degree of freedom after the other. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DYNAMICS_JOINT_MOTION_H
 #define KT_DYNAMICS_JOINT_MOTION_H
 

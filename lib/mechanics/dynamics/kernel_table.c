@@ -1,5 +1,6 @@
 /* The kernels of one instruction set. The kernels of mixed models compute the spatial links, then the planar links; no
  * joint connects spatial with planar links. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/dynamics.h"
 
 #include <string.h>

@@ -1,4 +1,5 @@
 /* Poses and motion of all links in world axes: the forward pass of sweep.h, without gravity. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/angles.h"
 #include "dynamics/dynamics.h"
 #include "dynamics/excess.h"

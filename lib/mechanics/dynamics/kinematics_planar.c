@@ -4,6 +4,7 @@
  *   angular velocity omega n,   angular acceleration alpha n,   a = a_1 e1 + a_2 e2
  * Offsets are computed as in sweep.h, in three coordinates. So no height is lost, and only prismatic joints show a
  * displacement. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/dynamics.h"
 #include "dynamics/excess.h"
 #include "dynamics/sweep.h"

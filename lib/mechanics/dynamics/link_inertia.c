@@ -1,4 +1,5 @@
 /* Inertias of links, summed from their bodies, in space and in planes; and gravity in planes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/vector_parts.h"
 #include "dynamics/dynamics.h"
 

@@ -9,6 +9,7 @@
  * The numbers p_i of the passes up are all zero before and after. In depth-first order, the path is a stack: the entry
  * at a depth belongs to k's support as long as the entry is needed.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/ltdl.h"
 
 #include <string.h>

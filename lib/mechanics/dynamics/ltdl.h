@@ -4,6 +4,7 @@
  * freedom that carry k. Row k of L has non-zero entries only for the support of k, and a 1 on the diagonal. Rows are
  * stored packed. The entry for the p-th degree of freedom of the support, counted from the root, is number[row[k] + p],
  * p < depth[k]. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DYNAMICS_LTDL_H
 #define KT_DYNAMICS_LTDL_H
 

@@ -1,4 +1,5 @@
 /* Factors of a mass matrix: memory, the calls of dynamics.h, and the order of velocity coordinates. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "dynamics/ltdl.h"

@@ -9,6 +9,7 @@
  * as N' M = 0 and N' h = 0: the residual of the balance of forces along N. If the effect of the armature is zero, M a =
  * tau - h holds exactly. Only forward dynamics has this armature: inverse dynamics and the mass matrix leave it out.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/dynamics.h"
 #include "dynamics/without_masses.h"
 #include "kinetree/dynamics.h"

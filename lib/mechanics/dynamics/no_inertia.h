@@ -1,4 +1,5 @@
 /* The size below which an inertia along a degree of freedom counts as none, relative to the inertia that is carried. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DYNAMICS_NO_INERTIA_H
 #define KT_DYNAMICS_NO_INERTIA_H
 

@@ -4,6 +4,7 @@
  *   v = v_l + w x R_l d
  *   a = a_l + alpha x R_l d + w x (w x R_l d)
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DYNAMICS_POINT_H
 #define KT_DYNAMICS_POINT_H
 

@@ -7,6 +7,7 @@
  * with E = e_k e_l' + e_l e_k', or for k = l  E = e_k e_k'. At unit rate, a degree of freedom turns the body by s and
  * moves its origin by u. The column of this degree of freedom has the entries s . n + u . f (Atkeson, An & Hollerbach
  * 1986, for one joint of many). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/regressor.h"
 
 #include "base/copy.h"

@@ -1,4 +1,5 @@
 /* The columns of the regressor that belong to bodies (kinetree/identification.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DYNAMICS_REGRESSOR_H
 #define KT_DYNAMICS_REGRESSOR_H
 

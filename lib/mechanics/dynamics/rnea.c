@@ -9,6 +9,7 @@
  * Backward pass:
  *   tau = s . n or s . f,   n_p += n + r x f,   f_p += f
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/angles.h"
 #include "dynamics/dynamics.h"
 #include "dynamics/sweep.h"

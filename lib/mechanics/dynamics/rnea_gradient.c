@@ -1,4 +1,5 @@
 /* The passes of rnea_gradient.h: motion and terms of each link from the root to the tips, sums back to the root. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/rnea_gradient.h"
 #include "dynamics/dof.h"
 

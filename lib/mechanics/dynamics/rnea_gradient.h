@@ -19,6 +19,7 @@
  *     2B' W  = 2 ((v . h) w' - h (v . w') - E (w' x w) + p x u'),   E = tr J / 2 1 - J,   p = m v + w x h
  *     X' W   = n x w' + f x (u' + w' x c)                            for a wrench (n, f) at c
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DYNAMICS_RNEA_GRADIENT_H
 #define KT_DYNAMICS_RNEA_GRADIENT_H
 

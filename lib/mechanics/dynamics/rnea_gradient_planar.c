@@ -12,6 +12,7 @@
  *     w . dtau/dq = w J e . F + P . (alpha J e - omega^2 e),   w . dtau/dv = 2 omega P . J e
  * The joints' parts of F and P are tau itself and M w.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/aba_planar.h"
 #include "dynamics/rnea_gradient.h"
 

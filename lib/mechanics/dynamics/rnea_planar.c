@@ -7,6 +7,7 @@
  * Backward pass, with p = r rotated by a right angle:
  *   tau = +-n or u . f,   n_p += n + p . f,   f_p += f
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/dynamics.h"
 #include "dynamics/sweep_planar.h"
 

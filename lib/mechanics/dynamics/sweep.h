@@ -7,6 +7,7 @@
  *   c_n   = w_p x (joint's angular velocity)
  *   c_f   = w_p x (w_p x r) + 2 w_p x (joint's linear velocity)
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DYNAMICS_SWEEP_H
 #define KT_DYNAMICS_SWEEP_H
 

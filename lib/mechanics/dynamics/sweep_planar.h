@@ -8,6 +8,7 @@
  *   a     = a_p + alpha_p p + c_f + [acceleration of a prismatic joint along u]
  *   c_f   = -w_p^2 r + 2 w_p v (-u_y, u_x)
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DYNAMICS_SWEEP_PLANAR_H
 #define KT_DYNAMICS_SWEEP_PLANAR_H
 

@@ -6,6 +6,7 @@
  *   p = sum m v_c
  *   L = sum c x m v_c + I_c w
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/dynamics.h"
 #include "kinetree/dynamics.h"
 #include "model/model.h"

@@ -20,6 +20,7 @@
  *
  *     M da/dt = d(tau)/dt - sum over bodies of the wrench that m' and J' need in place of m and J.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/vector_parts.h"
 #include "base/copy.h"
 #include "base/where.h"

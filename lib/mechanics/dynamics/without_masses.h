@@ -1,4 +1,5 @@
 /* The kernels that depend on no masses, for models whose other kernels belong to another instruction set. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_DYNAMICS_WITHOUT_MASSES_H
 #define KT_DYNAMICS_WITHOUT_MASSES_H
 

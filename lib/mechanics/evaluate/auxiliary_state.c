@@ -1,5 +1,6 @@
 /* Auxiliary states x of a model: x' = f(t, q, v, x) by formulas (kt_auxiliary_state) or laws of effects. The values of
  * these states are an input that data hold. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "base/where.h"
 #include "dynamics/dynamics.h"

@@ -1,5 +1,6 @@
 /* Position and motion of the ends of an effect, and the transfer of its wrenches to the bodies. Both use the motion of
  * the links that carry forces. For one state, and for several in lanes (algebra/real3.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MECHANISM_EFFECT_ENDS_H
 #define KT_MECHANISM_EFFECT_ENDS_H
 

@@ -1,5 +1,6 @@
 /* Values of the formulas of an effect. Their variables are read from the state and from the motion of links. Then the
  * formulas, or the law in C, are evaluated with these values. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "evaluate/effect_formula.h"
 
 #include "dynamics/sweep.h"

@@ -1,4 +1,5 @@
 /* Values of the formulas of an effect (effect_formula.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MECHANISM_FORMULA_H
 #define KT_MECHANISM_FORMULA_H
 

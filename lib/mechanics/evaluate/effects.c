@@ -1,6 +1,7 @@
 /* The effects of a scene, summed into joint forces and wrenches on bodies. The sum runs batch by batch, so that nothing
  * is executed for types that the scene does not have. Powers are summed only on request, because the sum is compiled
  * once with and once without powers. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "base/where.h"
 #include "dynamics/dynamics.h"

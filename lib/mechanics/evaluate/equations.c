@@ -1,4 +1,5 @@
 /* The equations of all loops as matrices, and their null space, for callers that need explicit matrices. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "assembly/rejected_loops.h"
 #include "base/copy.h"
 #include "base/where.h"

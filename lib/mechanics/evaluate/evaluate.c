@@ -1,4 +1,5 @@
 /* The accelerations of a whole mechanism: effects are summed, then a tree or a mechanism with loops is computed. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "evaluate/evaluate.h"
 
 #include "base/copy.h"

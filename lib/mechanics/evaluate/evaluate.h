@@ -1,4 +1,5 @@
 /* Accelerations of mechanisms with loops and effects. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MECHANISM_EVALUATE_H
 #define KT_MECHANISM_EVALUATE_H
 

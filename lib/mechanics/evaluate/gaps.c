@@ -1,4 +1,5 @@
 /* The effects that act only on one side of a boundary, contacts and stops, and their distances from acting. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "evaluate/gaps.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/effect_ends.h"

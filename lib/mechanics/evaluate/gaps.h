@@ -1,4 +1,5 @@
 /* The effects that act only on one side of a boundary, contacts and stops (effect/effect.h), and their gaps. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MECHANISM_GAPS_H
 #define KT_MECHANISM_GAPS_H
 

@@ -1,4 +1,5 @@
 /* The relative coordinates of loops, from the links' kinematics. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/loop.h"
 
 #include "base/require.h"

@@ -1,4 +1,5 @@
 /* Queries about the loops of a model as a whole, and about the records and ends of its effects. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "evaluate/evaluate.h"
 #include "kinetree/mechanism.h"
 

@@ -1,5 +1,6 @@
 /* States of a whole mechanism. Quaternions have unit norm, and loops are closed. A projection closes loops after a step
  * (project.c), and an assembly at the start (assemble.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/finite.h"
 #include "assembly/project.h"
 #include "assembly/rejected_loops.h"

@@ -12,6 +12,7 @@
  *
  * The equations are those of the model in which all contacts are closed. Only poses are computed, and velocities only
  * if a gap has closed. Both lie in the caller's data, in which the following evaluation overwrites them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "evaluate/open.h"
 
 #include "base/where.h"

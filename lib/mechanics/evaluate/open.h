@@ -1,4 +1,5 @@
 /* Evaluations in states in which an open contact touches. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_EVALUATE_OPEN_H
 #define KT_EVALUATE_OPEN_H
 

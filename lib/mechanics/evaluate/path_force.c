@@ -1,4 +1,5 @@
 /* The path of an effect in one state, and the force along the path. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "evaluate/path_force.h"
 
 #include "evaluate/effect_formula.h"

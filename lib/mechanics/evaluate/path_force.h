@@ -1,5 +1,6 @@
 /* Effects along paths (effect/path.c): the frames of the path's links, and the transfer of a force along the path to
  * the bodies. For one state, and for several states in lanes (algebra/real3.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MECHANISM_PATH_FORCE_H
 #define KT_MECHANISM_PATH_FORCE_H
 

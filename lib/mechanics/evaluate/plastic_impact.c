@@ -3,6 +3,7 @@
  *     M (v+ - v) = A' p,   A v+ = b'
  * so that v+ is nearest to v in the mass metric. Let d = v+ - v. If b' = 0, the kinetic energy falls by d'M d / 2
  * (Carnot). Moving loops supply p . b' in addition. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"

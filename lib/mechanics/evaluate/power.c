@@ -10,6 +10,7 @@
  * passes smoothly through singular positions. Mass that leaves or joins a body of variable mass takes energy along
  * (dynamics/variable_mass.c).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "base/where.h"
 #include "dynamics/dynamics.h"

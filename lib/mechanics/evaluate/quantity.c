@@ -11,6 +11,7 @@
  *     normal F_1 . n friction |F_1 - (F_1 . n) n| slip the tangential speed of the sphere in l less the tangential
  * speed of the plane's body at l.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/vector_parts.h"
 #include "evaluate/evaluate.h"
 #include "evaluate/path_force.h"

@@ -19,6 +19,7 @@
  * state, with its v as q'. After each step the simulation moves the state to the balance, in the same way as a
  * projection moves a state onto the loops. The equations are no more than with a small mass, but nothing is stiff.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/lu.h"
 #include "base/copy.h"
 #include "base/where.h"

@@ -8,6 +8,7 @@
  * Reactions of planar loops include the components out of the plane. The spatial kernels compute them from the
  * accelerations of the planar kernels.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "base/where.h"
 #include "dynamics/dynamics.h"

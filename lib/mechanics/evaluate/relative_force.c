@@ -5,6 +5,7 @@
  *     Q m, Q f           on the second end, about its point
  *     -Q (m + d x f), -Q f on the first end, about its point.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "evaluate/relative_force.h"
 
 #include "constraint/relative_coordinate.h"

@@ -1,4 +1,5 @@
 /* Effects in relative coordinates of loops (relative_force.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MECHANISM_RELATIVE_H
 #define KT_MECHANISM_RELATIVE_H
 

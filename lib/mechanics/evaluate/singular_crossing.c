@@ -72,6 +72,7 @@
  * drift is c / s. If two loops fold at the same time, a motion may stay for longer. Then the drift within a step is
  * e / 2 times the square of the step.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "assembly/rejected_loops.h"
 #include "base/where.h"
 #include "evaluate/evaluate.h"

@@ -28,6 +28,7 @@
  * F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, 1996, 5.4; F. Genot, B. Brogliato, New results
  * on Painleve paradoxes, Eur. J. Mech. A 18, 1999.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "evaluate/slip.h"
 #include "base/copy.h"
 #include "base/where.h"

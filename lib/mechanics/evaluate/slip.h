@@ -1,4 +1,5 @@
 /* The problem of hard contacts that slip (slip.c), and their responses to forces in range space (slip_response.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_EVALUATE_SLIP_H
 #define KT_EVALUATE_SLIP_H
 

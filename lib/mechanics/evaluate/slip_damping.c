@@ -17,6 +17,7 @@
  * T of several feet is not unique. Then W is singular along changes that have no joint force; a small number on its
  * diagonal makes it regular.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/finite.h"
 #include "algebra/lu.h"
 #include "dynamics/dynamics.h"

@@ -3,6 +3,7 @@
  * A force in one island (kt_group.island) changes no acceleration in another. Therefore normal forces, directions of
  * slow slip and derivatives are computed for one island after the other, in arrays that have room for the largest
  * island. Memory grows with the number of islands, and not with its square. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "evaluate/evaluate.h"
 #include "evaluate/slip.h"
 

@@ -1,4 +1,5 @@
 /* The velocities of contacts that slip (slip.c), and the frames in which their friction acts. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/joint_motion.h"
 #include "evaluate/slip.h"
 #include "reduction/kernel.h"

@@ -50,6 +50,7 @@
  * stops, a = A, keeps its present direction exactly. In evaluations, tau is at least the tau of adaptive steps. At
  * events under fixed steps, slip that grows keeps its present direction: at events, a prediction changed no balance of
  * pushed boxes, and walks of robots took up to 3 % more evaluations. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "evaluate/slip.h"
 #include "kinetree/algebra.h"
 

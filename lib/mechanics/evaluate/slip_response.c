@@ -1,4 +1,5 @@
 /* Responses to forces at contacts that slip, in range space (slip.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/finite.h"
 #include "evaluate/slip.h"
 

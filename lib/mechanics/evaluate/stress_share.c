@@ -10,6 +10,7 @@
  * once around. A relation counts with the forces on its joints. The least sum is that of an elastic mechanism whose
  * joints all yield alike, to a force as to a moment over L. A component is unique if its row of W is zero.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/vector_parts.h"
 #include "constraint/self_stress.h"
 #include "evaluate/evaluate.h"

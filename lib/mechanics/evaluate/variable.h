@@ -5,6 +5,7 @@
  *
  *     d = b - a,    r = |d|,    r' = d . d' / r,    and |d'| where r is zero
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MECHANISM_VARIABLE_H
 #define KT_MECHANISM_VARIABLE_H
 

@@ -5,6 +5,7 @@
  *
  *     R_B x = R_k,    base_i = pi_i + sum_k x_ik pi_k.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/arena.h"
 #include "kinetree/algebra.h"
 #include "kinetree/identification.h"

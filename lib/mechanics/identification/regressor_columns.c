@@ -1,5 +1,6 @@
 /* The regressor of inverse dynamics: the list of its columns, the model's own parameters, and the columns of friction.
  * The columns of bodies are written by dynamics/regressor.c. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/elementary.h"
 #include "base/copy.h"
 #include "dynamics/regressor.h"

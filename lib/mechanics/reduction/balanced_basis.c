@@ -6,6 +6,7 @@
  * are 0. Among the coordinates in which the remaining vectors are not small, the coordinate with the largest unit is
  * assigned. These coordinates move fastest, so all entries are of moderate size.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "reduction/method.h"
 
 /* The part of the largest entry above which an entry may be a vector's own. */

@@ -1,6 +1,7 @@
 /* Accelerations, wrenches and inertias of links as plain numbers. In a plane, each has three components, (alpha, a) or
  * (n, f_x, f_y); in space, six. Thus the recursions of fronts, Delassus and the KKT system are written once for plane
  * and space. A component may also be a vector, with one column in each lane. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_REDUCTION_COMPONENTS_H
 #define KT_REDUCTION_COMPONENTS_H
 

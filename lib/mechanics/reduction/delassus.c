@@ -1,4 +1,5 @@
 /* Groups of few equations by the Delassus matrix: delassus.h. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "reduction/delassus.h"
 
 #include "reduction/front_link.h"

@@ -31,6 +31,7 @@
  *
  * Groups on the ground alone: wrenches that reach the ground need no further treatment.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_REDUCTION_DELASSUS_H
 #define KT_REDUCTION_DELASSUS_H
 

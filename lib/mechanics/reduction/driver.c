@@ -1,4 +1,5 @@
 /* The driver that treats all links as spatial links. The driver also computes the reactions of loops for all models. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define KT_PLANAR false
 #include "reduction/driver.h"
 

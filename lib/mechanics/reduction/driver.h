@@ -5,6 +5,7 @@
  * (planar_driver.c). Without KT_PLANAR it yields the kernels that treat all links as spatial (driver.c). Reactions have
  * components out of the plane, so that only the spatial kernels compute them (reaction.c). In lanes, the file yields
  * only its first part, for models of either kind (lane_groups.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_PLANAR
 #error "KT_PLANAR must be true or false, or in lanes a property of `model`"
 #endif

@@ -33,6 +33,7 @@
  *
  * Dynamics, planar or in space: the components of accelerations are (alpha, a), three or six.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_REDUCTION_FRONT_H
 #define KT_REDUCTION_FRONT_H
 

@@ -1,4 +1,5 @@
 /* Fronts of at most four parameters in a plane: front4.h. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "reduction/front4.h"
 
 #include "reduction/front_link.h"

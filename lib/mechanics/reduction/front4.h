@@ -8,6 +8,7 @@
  *
  * Every exceptional case (next to a singular position, no inertia, not finite) is left to front_factor.c.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_REDUCTION_FRONT4_H
 #define KT_REDUCTION_FRONT4_H
 

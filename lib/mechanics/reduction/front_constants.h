@@ -11,6 +11,7 @@
  *
  * `constant` is the array of the slots' constants, f->constant in front_solve.c.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "reduction/front_link.h"
 
 #include <string.h>

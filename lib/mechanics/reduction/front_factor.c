@@ -1,4 +1,5 @@
 /* The factors of the equations of a constraint group that is reduced link by link: front.h. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "reduction/front.h"
 
 #include "linear/qr.h"

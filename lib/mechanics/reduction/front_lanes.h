@@ -2,6 +2,7 @@
  * other would wait for each addition, and loops of any length would be mostly remainders. Therefore lengths are rounded
  * up to whole lanes. The entries behind the end of a vector are finite; behind the end of a reflector they are zero.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_REDUCTION_FRONT_LANES_H
 #define KT_REDUCTION_FRONT_LANES_H
 

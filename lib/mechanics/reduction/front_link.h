@@ -1,5 +1,6 @@
 /* Motion and inertia of a link, for fronts (front.h), in the plane or in space: accelerations (alpha, a) have
  * three or six components. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_REDUCTION_FRONT_LINK_H
 #define KT_REDUCTION_FRONT_LINK_H
 

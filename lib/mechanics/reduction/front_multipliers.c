@@ -7,6 +7,7 @@
  *
  *     R1 lambda = c_y - (T Q1)' w
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "reduction/front.h"
 
 #include "linear/cholesky.h"

@@ -1,4 +1,5 @@
 /* The null space of the equations of a constraint group that is reduced by fronts (front.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "reduction/front.h"
 
 #include "linear/qr.h"

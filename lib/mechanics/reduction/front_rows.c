@@ -5,6 +5,7 @@
  * origins. Its entry for a coordinate is the sum of n . w + f . v for the velocities (w, v) that the coordinate gives
  * to the links. For loops on the ground a point near the first loop replaces the world's origin, which may be far
  * away. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "reduction/front.h"
 
 #include "constraint/spatial_rows.h"

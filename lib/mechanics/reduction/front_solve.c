@@ -1,5 +1,6 @@
 /* The elimination of a constraint group link by link, of equations that have been factored, and the backward pass:
  * front.h. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "reduction/front.h"
 
 #include "reduction/maggi_kane.h"

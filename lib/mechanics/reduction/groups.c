@@ -1,5 +1,6 @@
 /* The groups' equations in their forms (`kt_group_form`): their factors and their least steps. Since the functions use
  * only equations, they serve groups of spatial and of planar links. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "reduction/groups.h"
 
 #include "reduction/delassus.h"

@@ -1,4 +1,5 @@
 /* The constraint groups of a mechanism, each in its form: their factors and their least steps. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_REDUCTION_GROUPS_H
 #define KT_REDUCTION_GROUPS_H
 

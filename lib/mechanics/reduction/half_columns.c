@@ -1,4 +1,5 @@
 /* Groups of closed contacts in range space: half_columns.h. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "reduction/half_columns.h"
 
 #include "reduction/half_square.h"

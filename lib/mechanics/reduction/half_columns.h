@@ -14,6 +14,7 @@
  * between each row and the rows before must exceed 0.01. Otherwise the null space of A decides, with its ranks and its
  * treatment of singular positions. Among dependent equations, those that compilation or a mask chose take part.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_REDUCTION_HALF_COLUMNS_H
 #define KT_REDUCTION_HALF_COLUMNS_H
 

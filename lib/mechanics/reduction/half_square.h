@@ -1,4 +1,5 @@
 /* S lambda = b of a group in range space (half_columns.h): the factor of S, and its use. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_REDUCTION_HALF_SQUARE_H
 #define KT_REDUCTION_HALF_SQUARE_H
 

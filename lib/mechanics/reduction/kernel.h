@@ -1,4 +1,5 @@
 /* The reduction's inner loops, compiled once for each instruction set. Arguments are not checked. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_REDUCTION_KERNEL_H
 #define KT_REDUCTION_KERNEL_H
 

@@ -1,4 +1,5 @@
 /* The kernels and the reduction for an instruction set. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "reduction/kernel.h"
 
 const kt_reduction_kernels *kt_reduction_kernels_of(const kt_model *model) {

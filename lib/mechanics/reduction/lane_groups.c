@@ -1,4 +1,5 @@
 /* Accelerations and least steps of several states of a mechanism with loops at once (lane_groups.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "reduction/lane_groups.h"
 
 #include "base/copy.h"

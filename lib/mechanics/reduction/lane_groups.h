@@ -2,6 +2,7 @@
  * the form of Delassus (kt_lanes_fit_model of batch/lanes.h), in planes and in space. The operations on a state are the
  * same as in driver.c and groups.c. Two kinds of states are marked as invalid: states near a singular position of a
  * group, and states that lose equations which are independent in others. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_REDUCTION_LANE_GROUPS_H
 #define KT_REDUCTION_LANE_GROUPS_H
 

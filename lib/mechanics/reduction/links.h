@@ -2,6 +2,7 @@
  *
  * The spatial links 1 to `end` - 1 and the groups among them are treated. The argument is n.spatial, or n.link if all
  * links are treated as spatial. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_REDUCTION_LINKS_H
 #define KT_REDUCTION_LINKS_H
 

@@ -8,6 +8,7 @@
  *   K = N (N' M N)^-1 N' F'                                parent gain
  * Most groups have a handful of coordinates and one degree of freedom: the loops are short and free of calls.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_REDUCTION_MAGGI_KANE_H
 #define KT_REDUCTION_MAGGI_KANE_H
 

@@ -1,4 +1,5 @@
 /* Methods of solving the equations of a group: their functions, compiled for each instruction set. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_REDUCTION_METHOD_H
 #define KT_REDUCTION_METHOD_H
 

@@ -20,6 +20,7 @@
  *
  * Every exceptional case (near a singular position, no inertia, not finite) is left to the general method.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_REDUCTION_PIN_H
 #define KT_REDUCTION_PIN_H
 

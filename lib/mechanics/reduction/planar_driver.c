@@ -1,4 +1,5 @@
 /* The driver for models some or all links of which are planar. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #define KT_PLANAR true
 #include "reduction/driver.h"
 

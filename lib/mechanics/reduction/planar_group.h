@@ -3,6 +3,7 @@
  *
  * Velocities alone give no angular acceleration in a plane. For a group on the ground F and Ic are not needed.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_REDUCTION_PLANAR_GROUP_H
 #define KT_REDUCTION_PLANAR_GROUP_H
 

@@ -1,6 +1,7 @@
 /* The recursion over planar links with constraint groups (dynamics/aba_planar.h, planar_group.h), the planar
  * counterpart of spatial_links.c. No joint connects planar and spatial links, and a group is entirely planar or
  * entirely spatial. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "reduction/links.h"
 #include "reduction/pin.h"
 #include "reduction/planar_group.h"

@@ -14,6 +14,7 @@
  * coordinates. The products with one reflector are so small that OpenBLAS computes them on one thread. Products of
  * blocks are divided, and rounded, according to the number of threads.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "reduction/maggi_kane.h"
 
 #ifndef KT_LANES

@@ -20,6 +20,7 @@
  *   inertia on the parent     Ic - F K       an articulated inertia like any other
  *   bias wrench on the parent W + F y
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_REDUCTION_SPATIAL_GROUP_H
 #define KT_REDUCTION_SPATIAL_GROUP_H
 

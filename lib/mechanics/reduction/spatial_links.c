@@ -3,6 +3,7 @@
  *
  * The functions treat links 1 to end - 1 and the groups among them (links.h). These are all links, or the links before
  * the planar links, which planar_links.c treats. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "reduction/whole_symmetric.h"
 
 #include "reduction/links.h"

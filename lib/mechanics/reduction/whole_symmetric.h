@@ -4,6 +4,7 @@
  * K (spatial_group.h) on to a link in space. This matrix is symmetric only to rounding, and for one state both halves
  * are stored. This header is included before the headers of the recursion, so that the recursion is compiled with the
  * operations below. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_REDUCTION_WHOLE_SYMMETRIC_H
 #define KT_REDUCTION_WHOLE_SYMMETRIC_H
 

@@ -9,6 +9,7 @@
  * Because of symmetry, coincident points feel no force, and no result is NaN. Close passages at larger distances are
  * computed without a change of the law, and the error control shortens the steps as far as possible.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
 #define NEAR 1e-50

@@ -1,4 +1,5 @@
 /* Checks of numbers that bound a coordinate or a force. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
 void kt_effect_report_neither(kt_checker *checker, const char *first, const char *second) {

@@ -13,6 +13,7 @@
  * If both frames turn about one axis of the first, M = -k theta exactly. The frames must be less than half a turn
  * apart. At half a turn theta jumps to its opposite, and the moment with it.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
 static void bushing_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,

@@ -1,5 +1,6 @@
 /* Functions shared by effects that are given by functions of time: the value of their vector, and their effect on the
  * energy. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
 kt_triple KT_EFFECT(kt_effect_value)(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,

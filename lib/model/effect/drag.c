@@ -3,6 +3,7 @@
  * Stokes' law for slow flow and Newton's for fast. The sums describe a body with a different resistance in each
  * direction, such as a box. The force is continuously differentiable, also at rest. Dissipated: -(f . v + m . w).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
 /* The numbers of the axes begin with the numbers of the force (part 0) and of the moment (part 3). */

@@ -4,6 +4,7 @@
  * source of its power. With P the power of all forces that it exerts, and V its potential energy,
  *     P = supplied - dissipated - dV/dt
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_EFFECT_EFFECT_H
 #define KT_EFFECT_EFFECT_H
 

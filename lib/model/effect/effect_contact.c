@@ -23,6 +23,7 @@
  * sum of those of the points. When the disc is flat (|n x a| < KT_RIM_FLAT), the directions are fixed to the disc: the
  * sum of the points hardly depends on their angles then.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 #include "effect/rim.h"
 

@@ -1,5 +1,6 @@
 /* A caller's own effect: its record has callbacks. Since callbacks can fail, the code that sums all effects calls them
  * (effects.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
 static const kt_key one_key[] = {{"at", KT_KEY_END, KT_EFFECT_AT(between[0]), "", "the end", .needed = true}};

@@ -1,4 +1,5 @@
 /* Queries that the descriptors of effect types answer, and the energetics of all effects of a model. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 #include "model/switching.h"
 

@@ -1,4 +1,5 @@
 /* The list of effect types. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
 #define KT_EFFECT_EXTERN(id, name) extern const kt_effect_kind KT_EFFECT(kt_effect_##name);

@@ -1,4 +1,5 @@
 /* The check of stops and contacts: elastic, with a stiffness, or hard, with a restitution (compile/one_sided.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 #include "model/relative.h"
 

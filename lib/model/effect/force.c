@@ -1,4 +1,5 @@
 /* Force: a vector f(t) on a point of a body, its components in world axes or in the end's; supplied = f . v. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
 static void force_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, kt_plain t,

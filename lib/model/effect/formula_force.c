@@ -8,6 +8,7 @@
  * Power: supplied = f q', f n . d', f L', or f . v + m . w. The formulas, or a law in C, are evaluated by
  * evaluate/effect_formula.c, and differentiated by derivative/effect_derivatives.c.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
 #include "effect/path.h"

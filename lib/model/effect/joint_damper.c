@@ -1,4 +1,5 @@
 /* Linear damper in a joint: force = -c v, dissipated = c v^2. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
 static kt_real joint_damper_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v,

@@ -10,6 +10,7 @@
  * With `stick` the friction is dry. Then the sign of v is the sign of the slip, which changes at events. At rest the
  * friction is a constraint (simulation/contacts.c).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
 static void joint_friction_check(kt_checker *checker, const kt_effect *effect) {

@@ -10,6 +10,7 @@
  * N has a kink at x = 0, like every one-sided spring, and is C1 elsewhere. A joint that leaves with c |w| >> k x hardly
  * feels the stop, whose energy then turns into heat.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
 static void joint_limit_check(kt_checker *checker, const kt_effect *effect) {

@@ -1,6 +1,7 @@
 /* Spring and damper in a joint, with the rest position r(t). The actuator that moves the rest position supplies energy.
  *     force = -k (q - r) - c v
  *     V = k (q - r)^2 / 2,   dissipated = c v^2,   supplied = -k (q - r) r' */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
 static kt_real joint_spring_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v,

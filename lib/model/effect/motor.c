@@ -1,4 +1,5 @@
 /* Motor: a joint's force (or torque) as a function of time, f(t); supplied = f v. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
 static kt_real motor_force(const kt_effect_record *effect, const double *numbers, kt_real q, kt_real v, kt_plain t,

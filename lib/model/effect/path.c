@@ -31,6 +31,7 @@
  *
  * The definitions equal those of MuJoCo's spatial tendons, as documented in its XML reference and computation chapters.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/path.h"
 
 #include <float.h>

@@ -1,4 +1,5 @@
 /* The length of a path over points, spheres and cylinders, and its gradient (path.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_EFFECT_PATH_H
 #define KT_EFFECT_PATH_H
 

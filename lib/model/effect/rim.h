@@ -1,5 +1,6 @@
 /* The points of a disc's rim that touch a plane elastically (effect_contact.c), by their angles 2 pi i / 16 from the
  * lowest one. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_EFFECT_RIM_H
 #define KT_EFFECT_RIM_H
 

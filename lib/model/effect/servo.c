@@ -10,6 +10,7 @@
  * The bounds `lower` and `upper` are hard, as in other programs. Hard bounds replace u with min(max(u,
  * lower), upper), which has a kink at each bound. Both bounds need not have the same magnitude.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
 static void servo_check(kt_checker *checker, const kt_effect *effect) {

@@ -6,6 +6,7 @@
  * after the coincidence. At the coincidence, the elastic force k L n changes its sign, whereas c rate n = c d' does
  * not. The force is the mean of both sides: no elastic force, and damping of the whole d'.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
 #include <float.h>

@@ -4,6 +4,7 @@
  * For a rocket, u is against the motion and m' < 0. The mass m(t) of the body itself is defined with the body
  * (dynamics/variable_mass.c).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
 static kt_triple thrust_force_of(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,

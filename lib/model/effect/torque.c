@@ -1,4 +1,5 @@
 /* Torque: a vector m(t) on a body, its components in world axes or in the end's; supplied = m . omega. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
 static void torque_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, kt_plain t,

@@ -1,6 +1,7 @@
 /* Vectors and matrices of effects, for values and for derivatives (algebra/real.h). For values, the types are kt_vec3
  * and kt_mat3. With KT_DUAL the types also hold derivatives. With KT_LANES they hold several states (algebra/real3.h).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_EFFECT_TRIPLE_H
 #define KT_EFFECT_TRIPLE_H
 

@@ -1,5 +1,6 @@
 /* Shared by the joint types: axes, elementary joints about or along an axis, and angles and quaternions measured from a
  * rotation. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "joint/joint.h"
 
 #include "algebra/elementary.h"

@@ -1,4 +1,5 @@
 /* Cylindrical: rotation about `axis`, then translation along this axis. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "joint/joint.h"
 
 static const kt_key keys[] = {

@@ -1,4 +1,5 @@
 /* Fixed: no degree of freedom; the body is on the link of its parent. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "joint/joint.h"
 
 static const kt_key keys[] = {KT_JOINT_FRAME_KEYS};

@@ -1,5 +1,6 @@
 /* Free: position in the joint frame and a quaternion; velocity in the joint frame, angular velocity in the body frame.
  * A free joint is one element, not six: a free link transmits neither force nor inertia to its parent. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "joint/joint.h"
 
 static int free_elements(const kt_joint *joint, kt_element *out) {

@@ -1,4 +1,5 @@
 /* Which parts of a joint's initial state are given: the parts that are not zero, and the parts that `given` names. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "joint/joint.h"
 
 #include <string.h>

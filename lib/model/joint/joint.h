@@ -1,4 +1,5 @@
 /* A joint type, and the code that the files of the types share. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_JOINT_JOINT_H
 #define KT_JOINT_JOINT_H
 

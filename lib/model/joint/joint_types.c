@@ -1,5 +1,6 @@
 /* The list of joint types, and the functions that follow from their descriptors. Shared code of the types is in axes.c.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "joint/joint.h"
 
 #define KT_JOINT_ENTRY(id, name, nq, nv) [id] = &kt_joint_##name,

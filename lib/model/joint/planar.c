@@ -1,5 +1,6 @@
 /* Planar: translation along the two in-plane axes e1, e2 of the triad (e1, e2, axis), then rotation about the axis. The
  * translations come first, so that x, y and their rates are components in the triad of the joint frame. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "joint/joint.h"
 
 static int planar_elements(const kt_joint *joint, kt_element *out) {

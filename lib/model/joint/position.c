@@ -7,6 +7,7 @@
  * order of the bodies. Thus the index of a body's first position is not below the index of its first velocity.
  * Therefore positions are written from the last to the first, and velocities from the first to the last, so that no
  * number is overwritten before it has been read. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "joint/joint.h"
 #include "joint/turn.h"
 #include "kinetree/joint.h"

@@ -1,4 +1,5 @@
 /* Prismatic: one degree of freedom, translation along `axis`. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "joint/joint.h"
 
 static const kt_key keys[] = {

@@ -1,4 +1,5 @@
 /* Revolute: one degree of freedom, rotation about `axis`. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "joint/joint.h"
 
 static const kt_key keys[] = {

@@ -1,4 +1,5 @@
 /* Screw: one degree of freedom, rotation about `axis` with an advance along `axis` of `pitch` metres per radian. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "joint/joint.h"
 
 static const kt_key keys[] = {

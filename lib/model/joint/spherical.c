@@ -1,4 +1,5 @@
 /* Spherical: a quaternion; angular velocity in the body frame. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "joint/joint.h"
 
 static int spherical_elements(const kt_joint *joint, kt_element *out) {

@@ -1,4 +1,5 @@
 /* Universal: a rotation about `axis`, then one about `axis2`, which the first carries along. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "joint/joint.h"
 
 /* Two axes whose sine is smaller are taken for parallel: their joint would turn about one axis to half the digits of a

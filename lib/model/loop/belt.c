@@ -6,6 +6,7 @@
  * so that the spans have the multipliers mu_2 +- mu_1 / 2. A belt whose length is void has the tension at rest and half
  * of the difference in either span.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/span.h"
 
 static int evaluate_belt(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,

@@ -1,4 +1,5 @@
 /* Loops of several states, one state after the other, with the code for one state. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/by_lane.h"
 
 static kt_v4 take3(const double *x, size_t width) { return (kt_v4){x[0], x[width], x[2 * width], 0.0}; }

@@ -1,6 +1,7 @@
 /* The equations of one loop, for code that is compiled for one state or for several (algebra/real3.h). Types are
  * compiled for one state alone. For several states, by_lane.c evaluates one state after the other. Some 30 numbers go
  * in and 50 come out, of the thousands that an evaluation of a mechanism computes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_LOOP_BY_LANE_H
 #define KT_LOOP_BY_LANE_H
 

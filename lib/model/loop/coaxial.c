@@ -1,4 +1,5 @@
 /* Coaxial: the z axes of both ends have one direction. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/orientation.h"
 
 KT_LOOP_OF_ENDS(evaluate_coaxial, KT_KERNEL(kt_loop_coaxial), 0, 0, kt_row_coaxial, KT_PART_TILT_X, KT_PART_TILT_Y)

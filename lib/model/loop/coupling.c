@@ -1,5 +1,6 @@
 /* Coupling: sum of coefficient * position + formula = offset; gears, pulleys, mimic joints, cams. The contribution of
  * the formula depends on all positions of the equation and is evaluated by constraint/formula_row.c. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/loop.h"
 
 #include "model/formula_names.h"

@@ -6,6 +6,7 @@
  * undefined. The first end's x axis is taken, so that an iteration towards |d| = L has a direction. The curvature is
  * set to zero.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/relative_motion.h"
 
 #include <float.h>

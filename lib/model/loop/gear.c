@@ -17,6 +17,7 @@
  * and Winter, Maschinenelemente 2, chapter 21]. With the normal pressure angle alpha and the helix angle b
  *     F = lambda (t - h n_1) + |lambda| tan(alpha) / cos(b) m,   m = +-(t x l) / |l|
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/plane_angle.h"
 
 static int evaluate_gear(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,

@@ -8,6 +8,7 @@
  * System Dynamics 20]:
  *     w = W2 f - W1 e,  (e + f) . w = (1 + e . f) (W2 - W1) = 0
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/orientation.h"
 
 static int evaluate_homokinetic(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,

@@ -1,4 +1,5 @@
 /* Inline: the second point stays on the first end's z axis; d_x = d_y = 0. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/relative_motion.h"
 
 KT_LOOP_OF_ENDS(evaluate_inline, KT_KERNEL(kt_loop_inline), 0, 2, kt_row_none, KT_PART_X, KT_PART_Y)

@@ -1,4 +1,5 @@
 /* Inplane: the second point stays in the plane through the first, normal to its z axis; d_z = 0. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/relative_motion.h"
 
 KT_LOOP_OF_ENDS(evaluate_inplane, KT_KERNEL(kt_loop_inplane), 2, 3, kt_row_none, KT_PART_Z)

@@ -5,6 +5,7 @@
  *     phi'  = a . u
  *     phi'' = a . u' + a . coriolis + (w x a) . u
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/relative_motion.h"
 
 static int evaluate_knife_edge(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,

@@ -1,4 +1,5 @@
 /* A loop type: its equations as wrenches between two frames, or as a relation of joint positions. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_LOOP_LOOP_H
 #define KT_LOOP_LOOP_H
 

@@ -14,6 +14,7 @@
  *
  * In the world's axes w' and u' are less by the terms of relative_motion.h.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/loop_custom.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* The motion that the callback of a caller's own loop sees. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_LOOP_LOOP_CUSTOM_H
 #define KT_LOOP_LOOP_CUSTOM_H
 

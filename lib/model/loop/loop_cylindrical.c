@@ -1,4 +1,5 @@
 /* Cylindrical: the equations of inline and coaxial; rotation about z and translation along z are not constrained. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/orientation.h"
 
 KT_LOOP_OF_ENDS(evaluate_cylindrical, KT_KERNEL(kt_loop_cylindrical), 0, 2, kt_row_coaxial, KT_PART_X, KT_PART_Y,

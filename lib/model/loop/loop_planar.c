@@ -1,4 +1,5 @@
 /* Planar: the equations of inplane and coaxial; translation along x and y and rotation about z are free. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/orientation.h"
 
 KT_LOOP_OF_ENDS(evaluate_planar, KT_KERNEL(kt_loop_planar), 2, 3, kt_row_coaxial, KT_PART_Z, KT_PART_TILT_X,

@@ -1,4 +1,5 @@
 /* Prismatic: the equations of inline and parallel; translation along z is free. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/orientation.h"
 
 KT_LOOP_OF_ENDS(evaluate_prismatic, KT_KERNEL(kt_loop_prismatic), 0, 2, kt_row_parallel, KT_PART_X, KT_PART_Y,

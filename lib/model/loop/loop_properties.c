@@ -1,4 +1,5 @@
 /* Properties that follow from the descriptors of loop types, and queries of the loops of a model. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/loop.h"
 
 #include "loop/loop.h"

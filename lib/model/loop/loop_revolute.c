@@ -1,4 +1,5 @@
 /* Revolute: the equations of spherical and coaxial; rotation about z is free. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/orientation.h"
 
 KT_LOOP_OF_ENDS(evaluate_revolute, KT_KERNEL(kt_loop_revolute), 0, 3, kt_row_coaxial, KT_PART_X, KT_PART_Y, KT_PART_Z,

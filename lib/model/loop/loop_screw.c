@@ -3,6 +3,7 @@
  * (orientation.h has theta, also where the axes are not closed). Whole revolutions are not counted. Among all angles
  * that give this rotation, the angle with the least abs(phi) is used. A nut may thus be anywhere on its thread.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/orientation.h"
 
 static kt_real screw_advance(const kt_loop_record *loop, kt_real theta, kt_real along) {

@@ -1,4 +1,5 @@
 /* Spherical: the two points coincide; d = 0, in the first end's axes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/relative_motion.h"
 
 KT_LOOP_OF_ENDS(evaluate_spherical, KT_KERNEL(kt_loop_spherical), 0, 3, kt_row_none, KT_PART_X, KT_PART_Y, KT_PART_Z)

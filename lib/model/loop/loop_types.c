@@ -1,4 +1,5 @@
 /* The list of loop types, for one instruction set. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/loop.h"
 
 #define KT_LOOP_EXTERN(id, name) extern const kt_loop_kind KT_KERNEL(kt_loop_##name);

@@ -1,4 +1,5 @@
 /* Universal (Cardan joint): the equations of spherical and orthogonal. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/orientation.h"
 
 KT_LOOP_OF_ENDS(evaluate_universal, KT_KERNEL(kt_loop_universal), 0, 3, kt_row_orthogonal, KT_PART_X, KT_PART_Y,

@@ -14,6 +14,7 @@
  *     g = w1 x w2
  * Therefore a row with moment m has -m . g in its drift.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_LOOP_ORIENTATION_H
 #define KT_LOOP_ORIENTATION_H
 

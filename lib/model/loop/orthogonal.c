@@ -1,4 +1,5 @@
 /* Orthogonal: the first end's z axis is normal to the second's. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/orientation.h"
 
 KT_LOOP_OF_ENDS(evaluate_orthogonal, KT_KERNEL(kt_loop_orthogonal), 0, 0, kt_row_orthogonal, KT_PART_NORMAL)

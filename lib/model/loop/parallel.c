@@ -1,4 +1,5 @@
 /* Parallel: equal orientation. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/orientation.h"
 
 KT_LOOP_OF_ENDS(evaluate_parallel, KT_KERNEL(kt_loop_parallel), 0, 0, kt_row_parallel, KT_PART_ROTATION_X,

@@ -15,6 +15,7 @@
  *
  *   spatial            always
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/loop.h"
 
 static kt_vec3 end_axis_of(const kt_pose *end, int k) {

@@ -12,6 +12,7 @@
  * (kt_loop_end), and beta_k + T_k is the angle psi of d in the frame of the ancestor, with a sign of z_1 . z_2 and a
  * constant. Its whole turns then change c_1 beta_1 + c_2 beta_2 by a multiple of 2 pi (c_1 +- c_2) alone.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_LOOP_PLANE_ANGLE_H
 #define KT_LOOP_PLANE_ANGLE_H
 

@@ -21,6 +21,7 @@
  * Lines, circles and helices have their arc length as the parameter. A spline is natural, and its parameter is the sum
  * of the points' distances. The arc length of a spline is the sum of Gauss's quadrature of |c1| over its pieces.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/relative_motion.h"
 
 #include <float.h>

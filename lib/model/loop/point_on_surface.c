@@ -16,6 +16,7 @@
  * On the axis, at the centre and on the circle in the tube, no normal is defined. For such points, the first end's x
  * axis, or m, replaces the normal, and the curvature is set to zero.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/relative_motion.h"
 
 #include <float.h>

@@ -1,4 +1,5 @@
 /* Motion: a joint's position follows a function of time; phi = q - f(t), phi_t = -f', and -f'' in phi''. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/loop.h"
 
 static kt_relation_row motion_relation(const kt_loop_record *loop, const double *numbers, double sum, double t) {

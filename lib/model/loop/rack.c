@@ -10,6 +10,7 @@
  * teeth push the rack away from the wheel besides. At the pitch point P = C + r e
  *     F = lambda t + |lambda| tan(alpha) e
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/plane_angle.h"
 
 static int evaluate_rack(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double time,

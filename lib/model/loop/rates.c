@@ -1,5 +1,6 @@
 /* Rates: a linear relation of joint rates, sum of coefficient * rate = f(t): A v = b' with b' = f [MSD 4.17]. The loop
  * has no phi, and leaves the positions free. phi' = A v - f and phi'' = A a - f'. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/loop.h"
 
 static kt_relation_row rates_relation(const kt_loop_record *loop, const double *numbers, double sum, double t) {

@@ -9,6 +9,7 @@
  * (du/dt = u' - w1 x (u + w1 x d), and e' . u = - e . (w1 x u)). The same holds of any direction fixed in end 1's
  * frame. Seen in that frame, w's rate is w' - w1 x w2.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_LOOP_RELATIVE_MOTION_H
 #define KT_LOOP_RELATIVE_MOTION_H
 

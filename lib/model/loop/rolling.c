@@ -32,6 +32,7 @@
  * Two directions e are used: the second direction replaces the first if the first is nearly parallel to n. Neither is a
  * coordinate axis: in a mechanism that moves in a plane, no row is then void.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/relative_motion.h"
 
 static const double FLAT = 1e-6;

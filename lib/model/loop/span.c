@@ -1,4 +1,5 @@
 /* Span: one straight span of a rope (span.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/span.h"
 
 static int evaluate_span(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,

@@ -12,6 +12,7 @@
  * compression. Whole turns of d change phi by 2 pi D. If one circle comes to be within the other, the length of the
  * span remains at 1e-6 D, so that all numbers are finite.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_LOOP_SPAN_H
 #define KT_LOOP_SPAN_H
 

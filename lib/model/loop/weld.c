@@ -1,4 +1,5 @@
 /* Weld: the equations of spherical and parallel; no degree of freedom is left. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/orientation.h"
 
 KT_LOOP_OF_ENDS(evaluate_weld, KT_KERNEL(kt_loop_weld), 0, 3, kt_row_parallel, KT_PART_X, KT_PART_Y, KT_PART_Z,

@@ -8,6 +8,7 @@
  *     F = lambda (tan(gamma) n_1 x e - n_1) + |lambda| tan(alpha) / cos(gamma) e
  * with the pressure angle alpha of the normal section [Niemann and Winter, Maschinenelemente 3, chapter 23].
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/plane_angle.h"
 
 static int evaluate_worm(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,

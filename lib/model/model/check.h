@@ -3,6 +3,7 @@
  *
  * Every rule reports through kt_checker_fault and continues. A mere consequence of a reported fault is not reported.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MODEL_CHECK_H
 #define KT_MODEL_CHECK_H
 

@@ -1,4 +1,5 @@
 /* Reports of faults in a description. Each report names the fault and the item. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/check.h"
 #include "model/function.h"
 

@@ -1,4 +1,5 @@
 /* Rules for functions of time in a description. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/check.h"
 #include "model/formula_names.h"
 #include "model/function_formula.h"

@@ -1,5 +1,6 @@
 /* Checks an item using the keys of its type. The kind of a key selects the check of the member to which it refers.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/check.h"
 #include "model/describe.h"
 #include "model/formula_names.h"

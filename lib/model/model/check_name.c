@@ -1,4 +1,5 @@
 /* Rules for names, and for references to items by name. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/check.h"
 #include "model/model.h"
 #include "model/relative.h"

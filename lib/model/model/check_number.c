@@ -1,4 +1,5 @@
 /* Rules for numbers, directions and rotations in a description. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/check.h"
 
 #include <math.h>

@@ -5,6 +5,7 @@
  * copy to its own arrays. Arrays contain indices and offsets but no pointers, with two exceptions. The table of names
  * is built again. The user pointers of custom effects are kept.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/arena.h"
 #include "model/model.h"
 #include "model/switching.h"

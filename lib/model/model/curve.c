@@ -37,6 +37,7 @@
  *   b_k = p_k,  c_k = (3 e_k - 2 p_k - p_{k+1}) / h_k,  d_k = (p_k + p_{k+1} - 2 e_k) / h_k^2:
  * y' is continuous, and y'' jumps at rows.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/describe.h"
 #include "model/function.h"
 #include "model/function_formula.h"

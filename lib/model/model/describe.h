@@ -4,6 +4,7 @@
  * Some files are compiled several times, for instruction sets, derivatives and lanes. Such a file defines its
  * descriptor in one of these compilations only, within #if KT_DESCRIBES.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MODEL_DESCRIBE_H
 #define KT_MODEL_DESCRIBE_H
 

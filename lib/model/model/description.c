@@ -1,4 +1,5 @@
 /* The default structs of a description, and the names of types. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/describe.h"
 #include "model/record.h"
 

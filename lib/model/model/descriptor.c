@@ -1,4 +1,5 @@
 /* Queries of descriptors. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/describe.h"
 
 #include <string.h>

@@ -1,4 +1,5 @@
 /* Data that serve a simulation's present model, for libraries that are built with the core. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MODEL_FOLLOW_H
 #define KT_MODEL_FOLLOW_H
 

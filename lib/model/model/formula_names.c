@@ -1,4 +1,5 @@
 /* Names in the formulas of an effect. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/formula_names.h"
 
 #include "base/aligned.h"

@@ -1,4 +1,5 @@
 /* Formulas of an effect: the names that they may use. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MODEL_FORMULA_NAMES_H
 #define KT_MODEL_FORMULA_NAMES_H
 

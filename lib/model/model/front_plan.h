@@ -1,5 +1,6 @@
 /* The plan of a constraint group that is reduced front by front (reduction/front.h). Each link has one step, which
  * lists the loops that are complete after it. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MODEL_FRONT_PLAN_H
 #define KT_MODEL_FRONT_PLAN_H
 

@@ -1,4 +1,5 @@
 /* Functions of time: their constructors, and their keys in scenes. The equations of functions are in curve.c. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/function.h"
 
 #include "model/describe.h"

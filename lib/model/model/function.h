@@ -1,4 +1,5 @@
 /* Functions of time, compiled for evaluation. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MODEL_FUNCTION_H
 #define KT_MODEL_FUNCTION_H
 

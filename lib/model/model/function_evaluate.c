@@ -1,4 +1,5 @@
 /* The value of a function of time that no model has compiled yet. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/aligned.h"
 #include "base/arena.h"
 #include "base/require.h"

@@ -5,6 +5,7 @@
  *
  * The numbers of a formula are its terms. The numbers contain no pointer, so that a model can be copied.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/function_formula.h"
 
 #include "expression/formula_breakpoint.h"

@@ -1,4 +1,5 @@
 /* The functions that function.c calls for bumps and formulas of time. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MODEL_FUNCTION_FORMULA_H
 #define KT_MODEL_FUNCTION_FORMULA_H
 

@@ -1,4 +1,5 @@
 /* Joints have the names of their bodies, or names of their own. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MODEL_JOINT_NAME_H
 #define KT_MODEL_JOINT_NAME_H
 

@@ -1,4 +1,5 @@
 /* Finds joints by their names, and returns their design limits. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/require.h"
 #include "model/model.h"
 

@@ -1,4 +1,5 @@
 /* Laws in C in place of the formulas of effects: their variables and states by name. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/formula_names.h"
 #include "model/model.h"
 

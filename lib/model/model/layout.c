@@ -1,4 +1,5 @@
 /* Memory of models and data, laid out by the lists of fields in model.h. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/aligned.h"
 #include "base/arena.h"
 #include "base/copy.h"

@@ -1,4 +1,5 @@
 /* The compiled model: arrays of records (record.h); and its workspace, the data. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MODEL_MODEL_H
 #define KT_MODEL_MODEL_H
 

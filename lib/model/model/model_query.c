@@ -1,4 +1,5 @@
 /* Queries of a compiled model. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/model.h"
 
 #include <string.h>

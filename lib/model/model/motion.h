@@ -17,6 +17,7 @@
  * case for each row (dynamics/joint_motion.h, dynamics/aba.h, dynamics/inertia_check.c). The compiler reports a missing
  * one.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MODEL_MOTION_H
 #define KT_MODEL_MOTION_H
 

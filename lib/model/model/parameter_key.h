@@ -1,4 +1,5 @@
 /* The parameters of models that keys of effects and loops are (kinetree/model.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MODEL_PARAMETER_KEY_H
 #define KT_MODEL_PARAMETER_KEY_H
 

@@ -11,6 +11,7 @@
  * prismatic direction and first moment at q = 0 are constant two-vectors in (e1, e2), which phi rotates. The angle is
  * stored as its cosine c and its sine s. Heights along n are constant.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MODEL_PLANAR_H
 #define KT_MODEL_PLANAR_H
 

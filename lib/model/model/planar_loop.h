@@ -12,6 +12,7 @@
  *
  * Each row has its index among the loop's equations, which counts and reports use.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MODEL_PLANAR_LOOP_H
 #define KT_MODEL_PLANAR_LOOP_H
 

@@ -5,6 +5,7 @@
  * short chain of massless links, and bodies fixed to one another share a link. The *bodies* are the caller's: each is a
  * frame fixed in its link. Link and body 0 are the ground; a parent precedes its children in both trees.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MODEL_RECORD_H
 #define KT_MODEL_RECORD_H
 

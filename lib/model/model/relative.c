@@ -1,4 +1,5 @@
 /* The relative coordinates that each type of loop leaves free, and names of coordinates. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/relative.h"
 
 enum { MOST = 3 };

@@ -3,6 +3,7 @@
  * `joint: NAME` names the one coordinate of a joint or loop, NAME[k] the k-th of several. If a joint and a loop have
  * the same name, NAME means the joint.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MODEL_RELATIVE_H
 #define KT_MODEL_RELATIVE_H
 

@@ -11,6 +11,7 @@
  *
  * The recursion of composite bodies takes the whole as six rows of nv numbers (dynamics/crba.c).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MODEL_SCRATCH_H
 #define KT_MODEL_SCRATCH_H
 

@@ -1,4 +1,5 @@
 /* The surfaces on which a loop can keep a point (loop/point_on_surface.c), as data. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/describe.h"
 
 #define BEAD(surface, at)                                                                                              \

@@ -1,5 +1,6 @@
 /* Loops and effects that are switched on and off: selects another model of the same block, and initialises the data for
  * this model. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/switching.h"
 
 /* ---- queries ----------------------------------------------------------------------------------------------------- */

@@ -1,4 +1,5 @@
 /* The models of a mechanism whose loops and effects are switched: one model for each set of active switches. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_MODEL_SWITCHING_H
 #define KT_MODEL_SWITCHING_H
 

@@ -1,4 +1,5 @@
 /* The curves on which a loop can keep a point (loop/point_on_curve.c), as data. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/describe.h"
 
 #define BEAD(curve, at)                                                                                                \

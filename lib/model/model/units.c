@@ -1,4 +1,5 @@
 /* The size of a large change of each coordinate. The size is the scale that separates small changes from rounding. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/model.h"
 
 #include <math.h>

@@ -1,5 +1,6 @@
 /* Variables of formulas: time, auxiliary states, the motion of joints and markers, and gravity in joints. A variable
  * has the name of the column that records it. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "model/model.h"
 
 #include <stdio.h>

@@ -5,6 +5,7 @@
  * loops are computed state by state, by the calls for one state. So is a lane that fails, to obtain the error that
  * names the joint.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "batch/batch.h"
 #include "base/options.h"
 

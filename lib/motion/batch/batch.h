@@ -1,4 +1,5 @@
 /* The memory of many states (batch.c), and a group of them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BATCH_BATCH_H
 #define KT_BATCH_BATCH_H
 

@@ -1,4 +1,5 @@
 /* Computes a job for all states of a batch, or for the states of a block. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "batch/batch.h"
 

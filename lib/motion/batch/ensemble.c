@@ -11,6 +11,7 @@
  * Simulations take part if their models agree in all data that the recursions share between lanes (kt_lanes_agree). The
  * others are run one after the other.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "batch/ensemble_lane.h"
 
 #include "algebra/finite.h"

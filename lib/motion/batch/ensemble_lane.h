@@ -1,5 +1,6 @@
 /* The lanes of an ensemble: the part of each simulation that lanes hold (ensemble.c), and its records
  * (ensemble_records.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BATCH_ENSEMBLE_LANE_H
 #define KT_BATCH_ENSEMBLE_LANE_H
 

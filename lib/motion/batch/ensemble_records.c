@@ -3,6 +3,7 @@
  * A record that holds no more than a state and energies of bodies shares the lanes. The state of such a record is the
  * dense output of the step that the lanes hold. The kinetic and the potential energies of all lanes are then computed
  * at once. Other records are computed by the simulation itself. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "batch/ensemble_lane.h"
 
 #include "base/copy.h"

@@ -1,4 +1,5 @@
 /* Records in lanes (interleave.h). The source is compiled for one state, in which the records belong to one model. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "batch/interleave.h"
 
 #include "batch/lanes.h"

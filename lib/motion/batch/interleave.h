@@ -2,6 +2,7 @@
  * lanes. The members that all lanes share, such as indices, follow. Code that is compiled for lanes declares the
  * records in this way (model/record.h, model/planar.h).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BATCH_INTERLEAVE_H
 #define KT_BATCH_INTERLEAVE_H
 

@@ -1,6 +1,7 @@
 /* The effects of several states at once, as evaluate/effects.c sums the effects of one state. Types that are not
  * compiled for lanes (KT_EFFECT_KIND_LIST of effect/effect.h) are evaluated lane by lane by the code for one state. The
  * variables of formulas are read in lanes (evaluate/variable.h). The formulas themselves are evaluated lane by lane. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "batch/lanes.h"
 
 #include "base/copy.h"

@@ -2,6 +2,7 @@
  *
  *   T = sum m v_c^2 / 2 + w . I_c w / 2,   V = -sum m g . c
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "batch/lanes.h"
 
 #include "dynamics/point.h"

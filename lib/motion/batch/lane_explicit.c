@@ -4,6 +4,7 @@
  * velocities (Hairer, Lubich and Wanner, Geometric Numerical Integration, I.1):
  *     v1 = v0 + h a(t0, q0, v0),   q1 = q0 (+) h v1,   of auxiliary states x1 = x0 + h f(t0, q0, v0, x0)
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "batch/batch.h"
 
 #include "base/copy.h"

@@ -1,5 +1,6 @@
 /* Motion and Jacobians of frames on bodies, for several states at once. For one state, dynamics/body_frames.c and
  * control/marker.c compute the same. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "batch/lanes.h"
 
 #include "dynamics/point.h"

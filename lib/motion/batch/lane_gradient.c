@@ -1,6 +1,7 @@
 /* The adjoint of forward dynamics of trees, for several states at once; sensitivity/stage_adjoint.c has the adjoint for
  * one state. With w = M^-1 mu, the adjoint is the gradient of w . (tau - inverse dynamics) with respect to positions,
  * velocities and tau. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "batch/lanes.h"
 
 #include "base/copy.h"

@@ -1,5 +1,6 @@
 /* Accelerations and forces of a group of states, in lanes. States that lanes cannot compute are evaluated one by one.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "base/where.h"
 #include "batch/batch.h"

@@ -2,6 +2,7 @@
  * one state: sums of slopes, dense output and mean squares of errors of integrator/explicit.c, powers of
  * integrator/control.c.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "batch/lanes.h"
 
 #include "algebra/real.h"

@@ -1,5 +1,6 @@
 /* The recursions of lib/mechanics/dynamics in lanes: their workspace, their choice for a model, and the lanes that are
  * sound. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "batch/lanes.h"
 
 #include "assembly/lane_project.h"

@@ -3,6 +3,7 @@
  * Numbers of a group of `width` states lie coordinate by coordinate: x[coordinate * width + lane]. The results of a
  * lane have the bits of the same state computed alone, for any numbers in the other lanes.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BATCH_LANES_H
 #define KT_BATCH_LANES_H
 

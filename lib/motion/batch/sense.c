@@ -1,5 +1,6 @@
 /* Sensors of many states: motion and Jacobians of frames, in lanes. States that lanes cannot compute use the calls for
  * one state. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/where.h"
 #include "batch/batch.h"
 

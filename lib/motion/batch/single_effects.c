@@ -1,4 +1,5 @@
 /* Effects of types that are not compiled for lanes: one state at a time. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "batch/lanes.h"
 
 #include "effect/effect.h"

@@ -19,6 +19,7 @@
  *
  * If impacts reach a limit first, what still closes comes to rest. The speed that this drops is reported
  * (kt_contact_counts.dropped). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "contact/contact.h"
 #include "integrator/integrator.h"

@@ -1,4 +1,5 @@
 /* The memory of hard contacts, and the list of contacts and friction. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "contact/contact.h"
 
 #include "base/copy.h"

@@ -1,5 +1,6 @@
 /* Loops that bound one side (kt_loop.side) in a simulation: hard stops, contacts, slack ropes. Also friction that
  * sticks. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CONTACT_CONTACT_H
 #define KT_CONTACT_CONTACT_H
 

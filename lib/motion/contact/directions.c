@@ -40,6 +40,7 @@
  * corner. The two would take turns without end. Friction that has reached its limit twice slips for the rest of the
  * instant.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "contact/contact.h"
 #include "evaluate/slip.h"
 #include "integrator/integrator.h"

@@ -2,6 +2,7 @@
  *
  * Contacts without friction, and dry friction of joints, are a linear complementarity problem. With friction of
  * contacts the problem is Coulomb's (friction.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "contact/contact.h"
 
 #include "base/copy.h"

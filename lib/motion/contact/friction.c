@@ -7,6 +7,7 @@
  * Reactions, at accelerations: a slipping contact has a given direction of friction. A resting contact sticks or begins
  * to slip against its friction. Dry friction of joints is among the items.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "cone/coulomb.h"
 #include "contact/contact.h"

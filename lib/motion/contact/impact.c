@@ -33,6 +33,7 @@
  * Source: C. Glocker, F. Pfeiffer, Multiple impacts with friction in rigid multibody systems, Nonlinear Dynamics 7,
  * 1995.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "contact/contact.h"
 #include "integrator/integrator.h"

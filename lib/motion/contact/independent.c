@@ -3,6 +3,7 @@
  * If the row of a joint's friction depends on these rows, the joint does not move, and its friction sticks. A grazing
  * contact is closed without a reaction only if its row does not depend on these rows, so that no equation is
  * redundant. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "contact/contact.h"
 #include "linear/cholesky.h"
 

@@ -6,6 +6,7 @@
  *
  * Rows of different islands share their columns of M^-1 J': column k is the sum of the responses to row k of every
  * island. Each coordinate moves with one island alone. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "contact/contact.h"
 
 /* So many contacts always have room in matrices, and so many if no contact has friction. */

@@ -11,6 +11,7 @@
  * singular position. If a nearby position has a larger rank, the loops are closed at this position, and the larger rank
  * counts. Among dependent equations, the choice at this position holds from now on.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "contact/mask.h"
 
 #include "assembly/levenberg_marquardt.h"

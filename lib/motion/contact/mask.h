@@ -1,5 +1,6 @@
 /* Models for sets of some of the contacts (model/switching.h), which are made during a run, without allocation.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CONTACT_MASK_H
 #define KT_CONTACT_MASK_H
 

@@ -1,5 +1,6 @@
 /* The models of sets of contacts: models of the compiler, or masks (mask.h). The model that a simulation runs on is
  * never overwritten. Two of the three masks take turns; the third one serves trials. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "contact/contact.h"
 #include "integrator/integrator.h"

@@ -10,6 +10,7 @@
  * separates the two cases. The message names the loops whose velocities contradict each other once these contacts are
  * closed.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "assembly/open_loops.h"
 #include "base/copy.h"
 #include "base/where.h"

@@ -4,6 +4,7 @@
  * A contact rests if it touches and its gap has neither a rate nor an acceleration. Its friction rests if it does not
  * slip.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "contact/contact.h"
 #include "dynamics/dynamics.h"

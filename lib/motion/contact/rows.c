@@ -1,5 +1,6 @@
 /* Rows of hard contacts: their equations, and the parameters of their effects. Used in all files
  * of this folder. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "cone/rest.h"
 #include "contact/contact.h"

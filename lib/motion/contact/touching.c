@@ -1,4 +1,5 @@
 /* The rows of contacts that touch, and their response J M^-1 J' to forces in these rows. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "contact/contact.h"
 
 #include "base/copy.h"

@@ -1,5 +1,6 @@
 /* Values of the events of hard contacts: the gaps of open contacts, the reactions of closed ones, and the reserves or
  * the slip of friction. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "contact/contact.h"
 #include "integrator/integrator.h"
 #include "kinetree/algebra.h"

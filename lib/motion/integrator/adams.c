@@ -14,6 +14,7 @@
  *
  * Source: E. Hairer, S. P. Norsett, G. Wanner, Solving ODE I, section III.1; [MSD 5.6.1].
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/multistep.h"
 
 #include <string.h>

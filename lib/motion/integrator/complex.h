@@ -1,5 +1,6 @@
 /* Arithmetic of complex numbers. The C library's own type is avoided: its products look for infinities, which costs
  * calls. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_INTEGRATOR_COMPLEX_H
 #define KT_INTEGRATOR_COMPLEX_H
 

@@ -3,6 +3,7 @@
  * Sources: HNW II.4 for the first step and the factors; E. Hairer, G. Wanner, Solving Ordinary Differential Equations
  * II, 1996, section IV.2, for the PI control, after K. Gustafsson, ACM Trans. Math. Softw. 17 (1991) 533.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 #include "integrator/lane_parts.h"
 

@@ -21,6 +21,7 @@
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, sections IV.3 and IV.6.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/dirk.h"
 
 #include <assert.h>

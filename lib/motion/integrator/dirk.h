@@ -1,5 +1,6 @@
 /* Stages that are solved one after the other (dirk.c), shared by diagonally implicit methods and implicit multistep
  * methods. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_INTEGRATOR_DIRK_H
 #define KT_INTEGRATOR_DIRK_H
 

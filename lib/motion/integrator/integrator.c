@@ -1,4 +1,5 @@
 /* An integrator in the caller's memory: layout, options, start, dense output, checkpoints, queries. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 #include "base/options.h"
 

@@ -34,6 +34,7 @@
  * A family is one const struct of functions, kt_method_family. Its algorithm is private to its own file. The other
  * files call it through the struct.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_INTEGRATOR_INTEGRATOR_H
 #define KT_INTEGRATOR_INTEGRATOR_H
 

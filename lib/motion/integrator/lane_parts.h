@@ -3,6 +3,7 @@
  * Powers: x = m 2^k with sqrt(1/2) <= m < sqrt(2), log2 x = k + 2 / ln 2 (z + z^3/3 + z^5/5 + ...),
  * z = (m - 1) / (m + 1), |z| < 0.172; terms to z^13 leave 7e-13. Then 2^u = 2^k e^w, |w| <= ln 2 / 2; terms to w^10
  * leave 3e-13. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_INTEGRATOR_LANE_PARTS_H
 #define KT_INTEGRATOR_LANE_PARTS_H
 

@@ -6,6 +6,7 @@
  *
  * The slope at the end of a step is the mean slope over the step, (y1 - y0) / h.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 
 static kt_status check_leap_sizes(const kt_method *method, kt_error *error) {

@@ -1,4 +1,5 @@
 /* Checks of a checkpoint's memory and history. The contents come from outside and may have any bits. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/block_words.h"
 #include "integrator/newton.h"
 

@@ -1,4 +1,5 @@
 /* The properties of a method that its family determines. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 
 const kt_method_family *kt_method_family_of(const kt_method *method) {

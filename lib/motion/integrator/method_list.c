@@ -1,4 +1,5 @@
 /* The list of built-in methods. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 
 #include <stdio.h>

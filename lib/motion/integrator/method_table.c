@@ -1,4 +1,5 @@
 /* The properties of a method that its table determines without the family: sizes and orders. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 
 bool kt_method_is_adaptive(const kt_method *method) { return method ? method->embedded_order > 0 : false; }

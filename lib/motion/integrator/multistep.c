@@ -23,6 +23,7 @@
  * Source: E. Hairer, S. P. Norsett, G. Wanner, Solving ODE I, III.1 to III.3; G. Wanner, E. Hairer, Solving ODE II,
  * V.1.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/multistep.h"
 
 #include "integrator/complex.h"

@@ -1,4 +1,5 @@
 /* Linear multistep methods (multistep.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_INTEGRATOR_MULTISTEP_H
 #define KT_INTEGRATOR_MULTISTEP_H
 

@@ -21,6 +21,7 @@
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.8.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/newton.h"
 
 #include "algebra/lu.h"

@@ -1,4 +1,5 @@
 /* Newton's equations of an implicit method, (sigma - J) x = r with J = f_y, and the iteration (newton.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_INTEGRATOR_NEWTON_H
 #define KT_INTEGRATOR_NEWTON_H
 

@@ -23,6 +23,7 @@
  * of rho coefficients. So a residual of rho eps sum |terms| passes, which includes a factor of 2. Sums are formed in
  * long double.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 
 #include <float.h>

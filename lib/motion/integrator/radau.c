@@ -31,6 +31,7 @@
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.8. The last component of
  * each column of T is 1 (for the complex pair: 1 and 0). All digits are computed from A.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/newton.h"
 
 #include <math.h>

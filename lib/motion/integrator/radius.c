@@ -23,6 +23,7 @@
  *
  * Sources: W. E. Arnoldi, Quart. Appl. Math. 9 (1951) 17; for the differences and the margin RKC (1998), section 3.3.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/stabilised.h"
 
 #include "linear/cholesky.h"

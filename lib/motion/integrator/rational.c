@@ -8,6 +8,7 @@
  *     N_i = (1 - gamma z)^(p_i - 1) + z sum_{j<i} B_ij N_j (1 - gamma z)^(p_i - 1 - p_j)
  *
  * and R is the last Y_i. For a Rosenbrock method, B is a + gamma. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/complex.h"
 #include "integrator/integrator.h"
 

@@ -1,4 +1,5 @@
 /* Regions of stability: |R(z)|, and the point at which a ray from 0 leaves a region. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 
 #include "kinetree/algebra.h"

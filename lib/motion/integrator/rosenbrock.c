@@ -50,6 +50,7 @@
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.7.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/rosenbrock.h"
 #include "integrator/newton.h"
 

@@ -1,4 +1,5 @@
 /* Rosenbrock methods of eight stages (rosenbrock.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_INTEGRATOR_ROSENBROCK_H
 #define KT_INTEGRATOR_ROSENBROCK_H
 

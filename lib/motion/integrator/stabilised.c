@@ -57,6 +57,7 @@
  * Sources: J. G. Verwer, W. H. Hundsdorfer, B. P. Sommeijer, Numer. Math. 57 (1990) 157; B. P. Sommeijer, L. F.
  * Shampine, J. G. Verwer, J. Comput. Appl. Math. 88 (1998) 315 (below: RKC), (2.3) to (2.6). Extrapolation: HNW II.9.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/stabilised.h"
 
 #include "integrator/complex.h"

@@ -1,5 +1,6 @@
 /* The family of Runge-Kutta-Chebyshev methods: its polynomials, and the parts that it shares with the estimate of the
  * spectral radius (stabilised.c, radius.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_INTEGRATOR_STABILISED_H
 #define KT_INTEGRATOR_STABILISED_H
 

@@ -4,6 +4,7 @@
  * mode near 0, |R| cannot be compared with 1. For a general eigenvalue the criterion is the growth over a whole run,
  * because the rounding of one step does not affect this growth.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 
 #include "kinetree/algebra.h"

@@ -3,6 +3,7 @@
  * All decisions are made in local variables and in scratch. `memory` and the pointers to the states change only in
  * commit_try(), after which nothing can fail. Therefore a failed step needs no undoing.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/finite.h"
 #include "base/where.h"
 #include "integrator/integrator.h"

@@ -71,6 +71,7 @@
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.2 for the detection.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/newton.h"
 
 #include <float.h>

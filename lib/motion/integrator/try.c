@@ -2,6 +2,7 @@
  *
  * Sums over components have the same bits for every n and every width of the machine's vectors.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/finite.h"
 #include "base/where.h"
 #include "integrator/integrator.h"

@@ -13,6 +13,7 @@
  * Source: P. Masarati, M. Lanz, P. Mantegazza, Multistep integration of ordinary, stiff and differential-algebraic
  * problems for multibody dynamics applications, XVI Congresso AIDAA, 2001; [MSD 5.31].
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/dirk.h"
 #include "integrator/multistep.h"
 

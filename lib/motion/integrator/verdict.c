@@ -8,6 +8,7 @@
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, sections IV.3 and V.1.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 
 #include <math.h>

@@ -39,6 +39,7 @@
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.8; P. Deuflhard, Newton
  * Methods for Nonlinear Problems, 2004, section 3.3.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sensitivity/implicit.h"
 #include "algebra/lu.h"
 #include "derivative/stiffness.h"

@@ -1,4 +1,5 @@
 /* Stages of implicit methods that are solved together (implicit.c), and their changes (implicit_changes.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SENSITIVITY_IMPLICIT_H
 #define KT_SENSITIVITY_IMPLICIT_H
 

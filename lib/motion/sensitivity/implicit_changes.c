@@ -12,6 +12,7 @@
  *
  * If positions are plain numbers, dK of positions is dV, and k of positions is s^q_i + h sum_j a_ji x^q_j. The
  * equations for accelerations alone then have the transposed matrix of implicit.c. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "joint/turn.h"
 #include "sensitivity/implicit.h"
 

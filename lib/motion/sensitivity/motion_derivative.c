@@ -22,6 +22,7 @@
  * Sources: Aizerman, Gantmacher, QJMAM 11, 1958; Leine, Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical
  * Systems, 2004, 7.1.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/sum.h"
 #include "base/where.h"
 #include "contact/contact.h"

@@ -11,6 +11,7 @@
  * of their numbers. These are shifted by a 1024th, in differences of order four. So are masses, coms and gravity if a
  * formula reads gravity forces. Armature is the diagonal of M.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/compile.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"

@@ -1,6 +1,7 @@
 /* Products, sums and solutions of small matrices, whose columns are padded to whole vectors. A tile of rows is summed
  * in registers, over all columns of A and then of B, in their order. Therefore results have the same bits for every
  * width of the registers. Several columns are computed together, since each column waits for its own sums. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sensitivity/sensitivity.h"
 
 #include <stddef.h>

@@ -25,6 +25,7 @@
  *
  * d(J' lambda)/dq, d(J x)/dq and d(A v - b')/dq are exact, in closed form or by dual numbers (gradient.h). The matrix
  * d(M x)/dq is the derivative of inverse dynamics at rest with the accelerations x and without gravity. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "assembly/project.h"
 #include "constraint/gradient.h"
 #include "derivative/loop_response.h"

@@ -8,6 +8,7 @@
  *
  * so that no matrix is formed. M x, M g and the gradient of g . M x come from inverse dynamics at rest without gravity.
  * The part of the loops is the gradient of a sum of their equations. For velocities, dv = -J' e adds up to M g. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/gradient.h"
 #include "derivative/loop_response.h"
 #include "kinetree/joint.h"

@@ -10,6 +10,7 @@
  * c - 1 checkpoints.
  *
  * Source: Griewank, Walther, algorithm revolve, ACM Transactions on Mathematical Software 26(1), 19-45, 2000. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>

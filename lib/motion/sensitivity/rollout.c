@@ -3,6 +3,7 @@
  *
  * Once the step from a checkpoint has been taken, the checkpoint also has the accelerations of its stages. The adjoint
  * of this step then needs no evaluation again. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "evaluate/evaluate.h"
 #include "sensitivity/sensitivity.h"

@@ -4,6 +4,7 @@
  *
  * A motion that fails in a lane leaves the lanes. Such a motion is computed alone afterwards, with its error if it
  * fails again. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "batch/batch.h"
 #include "sensitivity/sensitivity.h"

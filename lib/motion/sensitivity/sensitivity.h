@@ -24,6 +24,7 @@
  *     product.c            products of small matrices, compiled for each instruction set
  *     sparse.c             products with sparse matrices, compiled for each instruction set
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SENSITIVITY_SENSITIVITY_H
 #define KT_SENSITIVITY_SENSITIVITY_H
 

@@ -1,4 +1,5 @@
 /* Products with matrices most of whose entries are zero, as derivatives of loops' equations are. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sensitivity/sensitivity.h"
 
 void KT_KERNEL(kt_sparse_apply)(const kt_sparse *a, const kt_v8 *x, kt_v8 *y) {

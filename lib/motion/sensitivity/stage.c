@@ -1,4 +1,5 @@
 /* The start of a step, and the derivatives of the accelerations of a stage. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "derivative/stiffness.h"
 #include "dynamics/dynamics.h"

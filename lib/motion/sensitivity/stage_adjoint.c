@@ -17,6 +17,7 @@
  * of a sum of the loops' equations is added (constraint/gradient.h). With other effects, the derivatives themselves are
  * multiplied.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "derivative/dual_effect.h"
 #include "linear/cholesky.h"
 #include "sensitivity/sensitivity.h"

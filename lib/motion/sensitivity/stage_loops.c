@@ -1,4 +1,5 @@
 /* The part of loops in the adjoint of an evaluation of accelerations (stage_adjoint.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/gradient.h"
 #include "derivative/loop_response.h"
 #include "evaluate/evaluate.h"

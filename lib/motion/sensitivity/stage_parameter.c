@@ -7,6 +7,7 @@
  * since a_tau is M^-1 for accelerations that the loops allow. m is any acceleration that satisfies the changed loops.
  * The acceleration m is zero unless p is a loop's own function of time. The projection is described in projection.c.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "linear/cholesky.h"
 #include "sensitivity/sensitivity.h"
 

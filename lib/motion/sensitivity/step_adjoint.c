@@ -5,6 +5,7 @@
  *
  * (Sanz-Serna 2016, section 3). These adjoints come between the adjoints of the projection and of the map from
  * rotations to quaternions. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"

@@ -1,6 +1,7 @@
 /* A, B and C of a step: the tangents of its stages, all columns at once. A column holds dq (nq) and dv (nv) of one
  * change. The change is a change of the start (xi, dv) or of a held input (dtau, dp). The equations are in the public
  * header. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "kinetree/joint.h"
 #include "sensitivity/sensitivity.h"

@@ -1,5 +1,6 @@
 /* C of a step: its derivatives by the numbers of a parameter of the model (kinetree/model.h). The columns of C are
  * those of B with a_p dp in the place of a_tau dtau (stage_parameter.c), and another projection (projection.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "evaluate/evaluate.h"
 #include "sensitivity/sensitivity.h"

@@ -6,6 +6,7 @@
  *     xi+ = exp(-x) xi + T(x) dx,   T(x) = 1 - (1 - cos r) / r^2 [x] + (r - sin r) / r^3 [x]^2,   r = |x|
  *
  * T is the right Jacobian of the exponential map. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "joint/joint.h"
 #include "kinetree/joint.h"
 #include "sensitivity/sensitivity.h"

@@ -3,6 +3,7 @@
  * end. If a contact closes within the step, or its reaction changes sign, the motion has an event, which the step would
  * omit. Friction has an event when it begins to stick, and when it begins to slip. Such steps are rejected, as
  * their error exceeds rounding. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/loop.h"

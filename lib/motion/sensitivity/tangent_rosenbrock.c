@@ -24,6 +24,7 @@
  *     (1 - g J_v - g^2 J_q) U_v = g R_v + g^2 J_q R_q,   U_q = g (R_q + U_v)
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.7. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/lu.h"
 #include "derivative/effect_derivatives.h"
 #include "evaluate/evaluate.h"

@@ -19,6 +19,7 @@
  *
  * Source: R. Piessens, E. de Doncker-Kapenga, C. W. Ueberhuber, D. K. Kahaner, QUADPACK, 1983.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"
 

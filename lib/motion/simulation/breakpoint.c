@@ -20,6 +20,7 @@
  * that its interpolant is right. The next step starts from a projection to the limit from the right. Fixed steps end at
  * such jumps only, and the next step ends on the grid again.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 #include "expression/formula_breakpoint.h"
 #include "integrator/integrator.h"

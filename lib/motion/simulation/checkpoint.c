@@ -9,6 +9,7 @@
  * and settings, and a block is accepted only if all agree. The values of a model's parameters are not compared: a copy
  * of a model may continue with other values.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "simulation/checkpoint.h"
 #include "base/copy.h"
 #include "base/sum.h"

@@ -1,4 +1,5 @@
 /* The parts of a checkpoint whose words have ranges (checkpoint_words.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SIMULATION_CHECKPOINT_H
 #define KT_SIMULATION_CHECKPOINT_H
 

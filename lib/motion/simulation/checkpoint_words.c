@@ -3,6 +3,7 @@
  * A checkpoint comes from outside: its sums detect accidents, but anybody can compute valid sums. Therefore each word
  * that the program uses as an index, a count, a flag or a sign has a range in this file. Other numbers may have any
  * value, because a step that computes with them ends with an error at worst. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/block_words.h"
 #include "simulation/checkpoint.h"
 

@@ -9,6 +9,7 @@
  * - Points of one link above one plane of the ground (the corners of a box) need products with one vector. The bound of
  * their speed is the speed of the farthest point.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/dynamics.h"
 #include "evaluate/effect_ends.h"
 #include "integrator/integrator.h"

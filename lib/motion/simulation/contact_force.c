@@ -9,6 +9,7 @@
  * with the velocity of slip s. Slow slip has the direction e of a later instant, which its last evaluation left in the
  * data (evaluate/slip_prediction.c). Loops of planes report the wrench on the sphere. The loop of friction is one of
  * rolling, and reports the wrench on the plane, which is the opposite. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/require.h"
 #include "base/where.h"
 #include "evaluate/evaluate.h"

@@ -30,6 +30,7 @@
  * Sources: C. Glocker, Set-Valued Force Laws, 2001; F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral
  * Contacts, 1996.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "contact/contact.h"
 
 #include "base/copy.h"

@@ -13,6 +13,7 @@
  * Afterwards, loops are closed and quaternions are scaled to unit norm. Only drives have dead points: a model without
  * drives is not checked.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/elementary.h"
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"

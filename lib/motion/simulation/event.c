@@ -29,6 +29,7 @@
  * within kt_event_together of each other are one instant. At an instant, events take effect in the order in which they
  * were added.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"

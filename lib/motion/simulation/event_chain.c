@@ -1,6 +1,7 @@
 /* Chains of events: instants that follow each other without end, too many instants, and events whose time a run does
  * not reach.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/where.h"
 #include "simulation/event_root.h"
 #include "simulation/simulation.h"

@@ -13,6 +13,7 @@
  * Then g has no root, provided that its largest change along the motion is at most FAR times the largest change along
  * the parabola. If an event is not far, all events are searched on the dense output (event.c). The test is for fixed
  * steps: a fixed step resolves the motion, while an adaptive one may be as long as a period. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 #include "simulation/event_root.h"
 

@@ -7,6 +7,7 @@
  * The first root in the event's direction is enclosed with ITP, to four units of rounding of the time. Source:
  * Oliveira, Takahashi 2021, "An enhancement of the bisection method average performance preserving minmax optimality".
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "simulation/event_root.h"
 #include "base/where.h"
 #include "integrator/integrator.h"

@@ -1,4 +1,5 @@
 /* The value of one event's function, and its first root in a panel of a step (event_root.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SIMULATION_EVENT_ROOT_H
 #define KT_SIMULATION_EVENT_ROOT_H
 

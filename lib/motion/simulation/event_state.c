@@ -1,4 +1,5 @@
 /* Events between steps: their list, which are armed, how often each happened, and which ended the motion. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/where.h"
 #include "simulation/simulation.h"
 

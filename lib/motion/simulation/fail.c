@@ -13,6 +13,7 @@
  *
  * and steps shrink with the remaining time. The message names t*.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "assembly/dead_point.h"
 #include "assembly/open_loops.h"
 #include "base/where.h"

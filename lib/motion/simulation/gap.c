@@ -29,6 +29,7 @@
  * A step that went deeper in between is undone, and repeated up to the crossing. The last stage of the
  * repeated step sees the effect, and the error control does the rest.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/where.h"
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"

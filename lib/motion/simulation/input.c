@@ -1,6 +1,7 @@
 /* The inputs of a step: torques and wrenches. Inputs are set between steps, and take effect at the beginning of the
  * next step, as changed parameters do. Unless the inputs are smooth, the right-hand side then jumps, and the integrator
  * discards earlier slopes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "base/where.h"
 #include "integrator/integrator.h"

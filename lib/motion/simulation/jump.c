@@ -1,4 +1,5 @@
 /* Jumps of the state: the energies before and after, their share in the work done, and the commit (simulation.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "simulation/simulation.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* A simulation in memory: the request, the sizes and the layout of its parts. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "base/options.h"
 #include "base/where.h"

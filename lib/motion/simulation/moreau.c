@@ -50,6 +50,7 @@
  * Sources: J. J. Moreau, Unilateral contact and dry friction in finite freedom dynamics, 1988; M. Jean, The non-smooth
  * contact dynamics method, 1999; D. E. Stewart, J. C. Trinkle, An implicit time-stepping scheme, 1996 (the bound).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "simulation/moreau.h"
 
 #include "base/copy.h"

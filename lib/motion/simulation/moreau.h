@@ -1,4 +1,5 @@
 /* Time stepping over impacts (moreau.c), for the files of this folder. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SIMULATION_MOREAU_H
 #define KT_SIMULATION_MOREAU_H
 

@@ -1,4 +1,5 @@
 /* The items of a step (moreau.c): the contacts that take part, and their responses. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "simulation/moreau.h"
 
 #include "base/copy.h"

@@ -7,6 +7,7 @@
  * Accelerations, reactions of joints and multipliers of other loops follow. The record then has the layout of that
  * model, in which each contact has its rows.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "simulation/moreau.h"
 
 #include "base/copy.h"

@@ -4,6 +4,7 @@
  * This file decides nothing. Items that a scene does not name have no entries in the model's arrays, over which the
  * kernels loop. Whole passes are skipped when a count is zero. This file reads the same counts.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/group.h"
 #include "integrator/integrator.h"
 #include "model/model.h"

@@ -1,4 +1,5 @@
 /* The points of the cubic through the last powers (work_watch.c): each point adds the work of a step. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "evaluate/evaluate.h"
 #include "integrator/integrator.h"
 #include "model/motion.h"

@@ -4,6 +4,7 @@
  * the ends of a step, the norm of interpolated quaternions is wrong by the interpolation's error. The quaternions are
  * scaled in the record, not in the state.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "base/where.h"
 #include "dynamics/dynamics.h"

@@ -1,4 +1,5 @@
 /* The times of records: their number, their times, and which are still to come. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "simulation/simulation.h"
 
 #include <float.h>

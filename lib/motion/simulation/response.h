@@ -1,4 +1,5 @@
 /* Accelerations and reactions of the present state, as records have them. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SIMULATION_RESPONSE_H
 #define KT_SIMULATION_RESPONSE_H
 

@@ -15,6 +15,7 @@
  *
  * If no length passes, friction wedges a contact in the present state, or behind it within the shortest step, or slow
  * slip turns within that step. Slow slip then comes to rest, or the contact is freed (simulation/contacts.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "contact/contact.h"
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"

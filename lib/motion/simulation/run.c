@@ -1,4 +1,5 @@
 /* The settings of a run: defaults, limits and names. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 #include "model/describe.h"
 #include "simulation/simulation.h"

@@ -38,6 +38,7 @@
  *
  * Matrices are real except for sigma, vectors are complex. If sigma is real, `im` is NULL throughout.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/lu.h"
 #include "base/copy.h"
 #include "constraint/rejecting_loop.h"

@@ -1,4 +1,5 @@
 /* The functions of a simulation, for the files of this folder and of those above it. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SIMULATION_SIMULATION_H
 #define KT_SIMULATION_SIMULATION_H
 

@@ -1,4 +1,5 @@
 /* The steps of a simulation, its counts and its state. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "base/where.h"
 #include "dynamics/dynamics.h"

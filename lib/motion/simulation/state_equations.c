@@ -16,6 +16,7 @@
  * accepted step both are corrected [MSD 7.55 to 7.58]. The correction changes the state by at most that error and
  * therefore keeps the method's order.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/lane.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"

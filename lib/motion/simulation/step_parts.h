@@ -7,6 +7,7 @@
  *
  * The last call, `check_step`, undoes a step that leapt over a contact or that contains an event. The end of the next
  * try is then *t_limit. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SIMULATION_STEP_PARTS_H
 #define KT_SIMULATION_STEP_PARTS_H
 

@@ -13,6 +13,7 @@
  * constraints. The energy of springs counts as dissipated when they are switched off, and as supplied when they are
  * switched on.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"

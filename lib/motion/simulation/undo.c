@@ -5,6 +5,7 @@
  * Data are scratch, and are adapted to the previous model. Counts that the data hold until the end of a step are
  * restored, too.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "contact/contact.h"
 #include "simulation/simulation.h"

@@ -5,6 +5,7 @@
  * derives `state` from the previous state, so that angles count whole turns. A checkpoint then contains `state` in
  * addition to the state that is integrated.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "evaluate/evaluate.h"
 #include "simulation/simulation.h"
 

@@ -22,6 +22,7 @@
  * of a driven model turns by more than a radian in a step, all work of the step is therefore uncertain. If forces jump,
  * at breakpoints and new inputs, the cubic begins anew.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 #include "simulation/simulation.h"
 

@@ -1,5 +1,6 @@
 /* The struct of a simulation, for contact/ and simulation/. The state is y = (q, v, x), followed by the supplied and
  * the dissipated work if a balance is computed. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_STEP_SIMULATION_STRUCT_H
 #define KT_STEP_SIMULATION_STRUCT_H
 

@@ -12,6 +12,7 @@
  *
  * Source: Featherstone, Rigid Body Dynamics Algorithms (2008), 7.3.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/recursion.h"
 
 /* An articulated inertia with its bias wrench. */

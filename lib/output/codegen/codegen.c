@@ -3,6 +3,7 @@
  * All graphs are made first. Then functions are printed to memory, because printing yields the list of prepared
  * numbers, which precedes the functions in the source.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/codegen.h"
 
 #include "base/require.h"

@@ -1,4 +1,5 @@
 /* Checks for items that kt_codegen_write cannot generate. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/functions.h"
 
 #include "base/where.h"

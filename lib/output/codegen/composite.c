@@ -35,6 +35,7 @@
  * Automation Letters 7 (2022). These authors differentiate spatial vectors, whereas this file uses accelerations of
  * points, as in recursion.c.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/recursion.h"
 
 /* A change of the motion of a joint's link. */

@@ -5,6 +5,7 @@
  *
  * Source: Featherstone, Rigid Body Dynamics Algorithms (2008), 6.5.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/recursion.h"
 
 /* ---- forward dynamics -------------------------------------------------------------------------------------------- */

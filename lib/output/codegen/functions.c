@@ -1,4 +1,5 @@
 /* The graphs of the functions of a file: the recursions that each function uses. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/functions.h"
 
 #include "codegen/loops.h"

@@ -1,4 +1,5 @@
 /* The graphs of the functions of a file. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CODEGEN_FUNCTIONS_H
 #define KT_CODEGEN_FUNCTIONS_H
 

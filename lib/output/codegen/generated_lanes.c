@@ -6,6 +6,7 @@
  *
  * Vectors are those of gcc and clang, which warn of the ABI of vectors as arguments. Static functions alone have these.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/print_function.h"
 
 #include <string.h>

@@ -11,6 +11,7 @@
  * q[place[l]] in lane l. An array would be slow, because a processor that reads a vector from memory waits until its
  * single numbers have been written, and the computation of sines waits, too.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/print_function.h"
 
 static const char *const double_lines[] = {

@@ -1,4 +1,5 @@
 /* Nodes and their simplification. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/graph.h"
 
 #include "base/grow.h"

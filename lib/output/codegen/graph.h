@@ -13,6 +13,7 @@
  * If memory is insufficient, `failed` is set, and all results are without meaning. All arrays of nodes that a function
  * is made of are in the graph's pool, and live as long as the graph.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CODEGEN_GRAPH_H
 #define KT_CODEGEN_GRAPH_H
 

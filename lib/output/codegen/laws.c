@@ -1,5 +1,6 @@
 /* The laws of effects, as nodes. Each has the formula of its file in lib/model/effect; a condition becomes a choice,
  * both sides of which are computed. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 #include "effect/rim.h"
 

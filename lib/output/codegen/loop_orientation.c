@@ -11,6 +11,7 @@
  *
  * Each phi is regular as long as its rotation is below half a turn.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/loop_rows.h"
 
 /* w = w_2 - w_1, and w_1 x w_2 */

@@ -3,6 +3,7 @@
  * Each type is a list of parts, as in lib/model/loop. A part is left out if it vanishes in the plane of its mechanism,
  * or if it repeats other parts and was not chosen when the model was compiled.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/loop_rows.h"
 #include "constraint/group.h"
 #include "kinetree/description.h"

@@ -16,6 +16,7 @@
  * since w' as seen in the plane is al_2 - al_1 - w_1 x w. The row along n is the rate of the gap phi = n . d - rho s.
  * A disc that lies flat, s = 0, stops the function.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/loop_rows.h"
 
 /* The place of contact of a disc. */

@@ -3,6 +3,7 @@
  *
  *   A v = m . w + f . u,    right = -(m . al + f . g + drift),    rate = 0
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/loop_rows.h"
 
 #include <string.h>

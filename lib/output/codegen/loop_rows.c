@@ -11,6 +11,7 @@
  * library uses the axes of the first end. Both sets differ only by a constant rotation, and have the same solutions. In
  * a plane, two axes lie in the plane, and the third equation vanishes.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/loop_rows.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* The equations of a loop between two ends: which (loop_part.c), and their rows. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CODEGEN_LOOP_ROWS_H
 #define KT_CODEGEN_LOOP_ROWS_H
 

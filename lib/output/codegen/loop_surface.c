@@ -16,6 +16,7 @@
  * Whole turns of a circle are not counted. On the axis, at the centre and on the circle in the tube a division by zero
  * stops the function.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/loop_rows.h"
 
 /* The second point about the first end's z axis. */

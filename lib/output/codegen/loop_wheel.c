@@ -9,6 +9,7 @@
  *
  * since g of loops.c has the accelerations as seen from the first end. Numbers are folded: radii, angles at the start.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/loop_rows.h"
 #include "loop/plane_angle.h"
 

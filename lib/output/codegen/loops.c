@@ -18,6 +18,7 @@
  *   formula F   phi += F(q),   A_k += F_k,   A a = f'' - F_kl v_k v_l
  *   rates       no phi,                    A v = sum of c v = f,    A a = f'
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/loop_rows.h"
 #include "constraint/formula_row.h"
 #include "kinetree/loop.h"

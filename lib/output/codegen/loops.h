@@ -1,4 +1,5 @@
 /* The equations of loops as nodes (loops.c), and the multipliers that follow from these equations (multiplier.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CODEGEN_LOOPS_H
 #define KT_CODEGEN_LOOPS_H
 

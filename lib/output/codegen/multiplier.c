@@ -22,6 +22,7 @@
  *
  * Source: Featherstone, Rigid Body Dynamics Algorithms (2008), 8.3 and 8.5.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/loops.h"
 #include "kinetree/loop.h"
 

@@ -4,6 +4,7 @@
  * other than 0 if a joint has no inertia, or if equations of loops depend on others in this position. Then the library
  * computes the acceleration of this state, which succeeds at such positions, or names the cause.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/codegen.h"
 
 #include "base/require.h"

@@ -1,4 +1,5 @@
 /* Functions of time as nodes, with the formulas of model/curve.c. The rates of functions follow by the chain rule. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/recursion.h"
 #include "expression/expression.h"
 #include "model/function_formula.h"

@@ -20,6 +20,7 @@
  *
  * Source: Griewank & Walther, Evaluating Derivatives (2008), 3.1.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/recursion.h"
 
 #include <string.h>

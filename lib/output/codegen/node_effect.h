@@ -1,4 +1,5 @@
 /* An effect as nodes: its ends, and the forces that it exerts. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CODEGEN_NODE_EFFECT_H
 #define KT_CODEGEN_NODE_EFFECT_H
 

@@ -5,6 +5,7 @@
  * joint has the force s . (n, f) of all wrenches beyond the joint, and passes (n, f) to its parent, as in inverse
  * dynamics.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
 #include "codegen/node_effect.h"

@@ -1,5 +1,6 @@
 /* Formulas as nodes: a term that is a number or a variable is put on a stack, and an operator takes its operands from
  * the stack, as in expression/formula_value.c. Jumps and branches become choices. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/recursion.h"
 #include "expression/expression.h"
 

@@ -4,6 +4,7 @@
  *
  *   t = s^2 d + 2 s c J_ij    J_ii' = J_ii - t    J_jj' = J_jj + t    J_ij' = J_ij + s c d - 2 s^2 J_ij
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/node_tree.h"
 
 kt_code_frame kt_code_frame_of(kt_code_tree *tree, int link) {

@@ -4,6 +4,7 @@
  *
  * Source: Walker & Orin 1982 (composite bodies).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/recursion.h"
 
 /* A wrench on a link, in the axes of the link. */

@@ -1,4 +1,5 @@
 /* Energy, markers and their Jacobians, as nodes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/recursion.h"
 
 /* ---- energy ------------------------------------------------------------------------------------------------------ */

@@ -15,6 +15,7 @@
  * n_b' = tau + p . f_b'. Each link waits for the division by the D of the next link. All but the last product and
  * difference of J' proceed meanwhile. The recursion in the axes of the links (articulated.c) would rotate M in between.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/recursion.h"
 
 typedef struct kt_op2 {

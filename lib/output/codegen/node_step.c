@@ -10,6 +10,7 @@
  *
  * Source: Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, II.1.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/loops.h"
 #include "codegen/print_function.h"
 #include "kinetree/codegen.h"

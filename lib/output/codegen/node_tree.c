@@ -9,6 +9,7 @@
  * inertia t (1 - e_k e_k'), without an effect on the joint. These parts are the parent's. Two of its nine numbers
  * vanish, and its inertia is J_ii - J_jj. A spherical joint gives its mass to the parent, a prismatic one its inertia.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/node_tree.h"
 
 #include <math.h>

@@ -3,6 +3,7 @@
  * All numbers that are not zero are parameters, unless the options fix these numbers (`constant`): gravity; mass, com,
  * inertia, armature and pitch of bodies; and the positions of joint frames. Zeros and rotations are constants.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CODEGEN_NODE_TREE_H
 #define KT_CODEGEN_NODE_TREE_H
 

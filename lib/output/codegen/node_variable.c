@@ -1,4 +1,5 @@
 /* The variables of formulas, as nodes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/node_effect.h"
 
 code_line kt_code_line_of(const code_effect *e) {

@@ -1,4 +1,5 @@
 /* Vectors, rotations and symmetric matrices of nodes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/node_vector.h"
 
 kt_op3 kt_op3_of(kt_graph *g, const double v[3]) {

@@ -1,4 +1,5 @@
 /* Vectors, rotations and symmetric matrices of nodes (graph.h). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CODEGEN_NODE_VECTOR_H
 #define KT_CODEGEN_NODE_VECTOR_H
 

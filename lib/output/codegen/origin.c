@@ -12,6 +12,7 @@
  *
  * Source: Denavit & Hartenberg 1955, where one more component vanishes by a rotation about the axis.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/node_tree.h"
 
 enum {

@@ -2,6 +2,7 @@
  *
  * Brackets keep the order of operations, so that all compilers round alike. Signs are written into their users.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/text_parts.h"
 #include "document/number.h"
 #include "kinetree/loop.h"

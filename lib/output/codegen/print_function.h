@@ -1,4 +1,5 @@
 /* Prints functions of a graph as C. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CODEGEN_PRINT_FUNCTION_H
 #define KT_CODEGEN_PRINT_FUNCTION_H
 

@@ -6,6 +6,7 @@
  *
  * Source: Luh, Walker & Paul 1980 (inverse dynamics).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/recursion.h"
 
 kt_op kt_code_rate(const kt_code_tree *tree, kt_op_array array, int index) {

@@ -1,4 +1,5 @@
 /* The recursions over a tree, as nodes (recursion.c). Outputs have kt_model_nv entries, unless stated otherwise. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CODEGEN_RECURSION_H
 #define KT_CODEGEN_RECURSION_H
 

@@ -17,6 +17,7 @@
  * loop may read these rows in both directions. Its other operands are copied to rows before it begins, and some parts
  * earlier if compilers make vectors of it. A processor that reads a vector waits until all numbers in it are written.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/roll.h"
 
 #include <string.h>

@@ -1,4 +1,5 @@
 /* Loops in place of repeated operations of a function (roll.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CODEGEN_ROLL_H
 #define KT_CODEGEN_ROLL_H
 

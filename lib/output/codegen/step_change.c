@@ -8,6 +8,7 @@
  *
  * Source: Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, I.14.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/loops.h"
 #include "codegen/print_function.h"
 

@@ -13,6 +13,7 @@
  * suffices. The iteration calls two functions, and both compute phi: one at the position before a step, the other at
  * the position after it, at which velocities are projected.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/loops.h"
 #include "codegen/print_function.h"
 #include "kinetree/codegen.h"

@@ -1,4 +1,5 @@
 /* The hash of all that a generated file folds. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/sum.h"
 #include "codegen/loops.h"
 #include "kinetree/codegen.h"

@@ -7,6 +7,7 @@
  * number that another part reads is written once, to the array `w`. A loop (roll.c) is a part. A slot in `w` is used
  * again after the last part that reads it, so that the array remains in the cache.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/text_parts.h"
 
 #include <string.h>

@@ -1,4 +1,5 @@
 /* How a function becomes text: statements, parts and loops (text_parts.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CODEGEN_TEXT_PARTS_H
 #define KT_CODEGEN_TEXT_PARTS_H
 

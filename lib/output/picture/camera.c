@@ -1,4 +1,5 @@
 /* Views: of a plane, around the vertical. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "picture/camera.h"
 
 #include <math.h>

@@ -1,5 +1,6 @@
 /* From the world to the picture: an orthographic projection. In the camera's frame x points right, y up, and z from the
  * picture towards the viewer. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_PICTURE_CAMERA_H
 #define KT_PICTURE_CAMERA_H
 

@@ -1,4 +1,5 @@
 /* Directions in which forces, torques and thrusts are drawn. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "picture/picture.h"
 
 #include <math.h>

@@ -1,5 +1,6 @@
 /* The extent of a picture: the box around the mechanism, its size, and the planes that are shown below the
  * mechanism. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/elementary.h"
 #include "base/order.h"
 #include "picture/maker.h"

@@ -1,6 +1,7 @@
 /* Surfaces in formats that assimp reads. assimp receives only the file's contents, so that it cannot open another file.
  * The file's units count, but not the file's upward direction, because robots state their own. Since assimp crashes at
  * some damaged files, it runs in a separate process. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "picture/foreign.h"
 
 #include <string.h>

@@ -1,4 +1,5 @@
 /* Surfaces in formats that assimp reads (COLLADA and others), if the build has found assimp. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_PICTURE_FOREIGN_H
 #define KT_PICTURE_FOREIGN_H
 

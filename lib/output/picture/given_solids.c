@@ -1,4 +1,5 @@
 /* The solids that a scene gives: shapes, meshes, or boxes of the same inertia. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/principal.h"
 #include "picture/load.h"
 #include "picture/maker.h"

@@ -7,6 +7,7 @@
  *    piece of the cycle is halved, and all starts again. The edge with the least painting error is dropped instead, if
  *    this error is small or the limit of such rounds is reached. Pieces that need not have been cut are joined
  *    again. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "picture/hiding.h"
 
 #include "base/grow.h"

@@ -4,6 +4,7 @@
  * solid may be nearer in some part of the overlap, because both run through each other, or pass each other like links
  * of a chain. Then the longer solid is cut across its length within the overlap, and each piece is ordered
  * separately. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_PICTURE_HIDING_H
 #define KT_PICTURE_HIDING_H
 

@@ -1,5 +1,6 @@
 /* The solids that a scene leaves out: thin rods between the joints of a body without a shape, and a ball at its centre
  * of mass. The rods and balls come after the solids of the scene, and only where these leave a gap. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "picture/maker.h"
 #include "picture/solid.h"
 

@@ -3,6 +3,7 @@
  * Files have no normals worth having, and often not even shared vertices. The normal at a triangle's corner is a mean
  * over triangles around the vertex, weighted by area. Only triangles whose inclination to this triangle is below an
  * angle count, so that round surfaces appear round, and edges remain sharp. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "picture/load.h"
 #include "algebra/elementary.h"
 #include "document/file.h"

@@ -1,4 +1,5 @@
 /* Meshes of a scene as surfaces of solids. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_PICTURE_LOAD_H
 #define KT_PICTURE_LOAD_H
 

@@ -1,4 +1,5 @@
 /* The steps that make a picture. Each step fills lists of the picture, and reads the lists of earlier steps. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_PICTURE_MAKER_H
 #define KT_PICTURE_MAKER_H
 

@@ -1,4 +1,5 @@
 /* A mesh is read in a child process, which answers with a record, then vertices, then triangles. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "picture/mesh_apart.h"
 
 #include "document/apart.h"

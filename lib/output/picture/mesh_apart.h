@@ -1,4 +1,5 @@
 /* Meshes that a library reads in a process of its own: if the library crashes, the program continues. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_PICTURE_MESH_APART_H
 #define KT_PICTURE_MESH_APART_H
 

@@ -2,6 +2,7 @@
  *
  * Three corners a, b, c turn to the left if (b - a) x (c - a) is above zero. The hull keeps only corners that turn to
  * the left. A point is inside of a polygon if each edge and the point turn to the left. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "picture/outline.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* Outlines of convex solids in the picture. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_PICTURE_OUTLINE_H
 #define KT_PICTURE_OUTLINE_H
 

@@ -1,4 +1,5 @@
 /* The contents of a picture of a mechanism, from its description. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "picture/picture.h"
 
 #include "base/arena.h"

@@ -9,6 +9,7 @@
  *
  * A picture belongs to the caller and refers to names in the model, which must outlive it. It is immutable. Bodies are
  * those of the model, 0 being the world; lengths are in metres. This room neither draws nor opens a picture file. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_PICTURE_PICTURE_H
 #define KT_PICTURE_PICTURE_H
 

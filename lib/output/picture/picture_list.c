@@ -1,4 +1,5 @@
 /* Joints, loops, relations and effects of a picture, with their frames, in the order of the description. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 #include "evaluate/path_force.h"
 #include "kinetree/descriptor.h"

@@ -3,6 +3,7 @@
  * Each surface is a stack of rings about z (a box: six faces). A ring is a circle of a height and a radius with normals
  * of one slope. A band of triangles lies between two rings. If normals jump, at the rim of a cylinder, two rings lie at
  * one place; at a pole, the ring is a point. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "picture/picture_mesh.h"
 
 #include "base/grow.h"

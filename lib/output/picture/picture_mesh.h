@@ -1,4 +1,5 @@
 /* Triangles with normals, for solids and symbols. A mesh starts as {0} and grows; kt_mesh_free releases the memory. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_PICTURE_PICTURE_MESH_H
 #define KT_PICTURE_PICTURE_MESH_H
 

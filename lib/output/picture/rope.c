@@ -1,4 +1,5 @@
 /* Ropes: their lengths, and the sag of slack ropes. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "picture/camera.h"
 #include "picture/picture.h"
 

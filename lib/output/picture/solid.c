@@ -1,4 +1,5 @@
 /* Boxes, balls, cylinders and rods (cylinders with hemispherical ends). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "picture/solid.h"
 
 #include <float.h>

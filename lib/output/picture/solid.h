@@ -1,5 +1,6 @@
 /* Convex solids: position, extent, and intersection with rays. Unless a comment states another frame, everything is in
  * the frame of the solid, whose origin is the solid's centre. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_PICTURE_SOLID_H
 #define KT_PICTURE_SOLID_H
 

@@ -1,6 +1,7 @@
 /* Curves and surfaces of loops, as straight strokes in the frame of the loop's first end. A curve is drawn directly, a
  * surface as lines on it. An unbounded curve or surface is drawn around the second end, within the extent of the
  * mechanism. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "picture/picture.h"
 
 #include <math.h>

@@ -3,6 +3,7 @@
  * to n, and signed radii rho, a span leaves its pulleys at C_k + rho_k m (loop/span.h):
  *     x = cos(delta) e - sin(delta) n x e,   m = n x x,   sin(delta) = (rho_1 - rho_2) / a
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "picture/picture.h"
 
 #include <math.h>

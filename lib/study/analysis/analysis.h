@@ -1,4 +1,5 @@
 /* The private struct of a linearisation, and the functions that the files of this folder share. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_ANALYSIS_ANALYSIS_H
 #define KT_ANALYSIS_ANALYSIS_H
 

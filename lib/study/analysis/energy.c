@@ -1,6 +1,7 @@
 /* The energy along a run: the part of its change that is an integration error (kinetree/analysis.h has the
  * definitions).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/analysis.h"
 
 #include <math.h>

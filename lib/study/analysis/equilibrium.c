@@ -20,6 +20,7 @@
  *
  * Source: C. T. Kelley, D. E. Keyes, SIAM Journal on Numerical Analysis 35, 1998, 508-523.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "analysis/analysis.h"
 #include "base/copy.h"
 #include "base/generic.h"

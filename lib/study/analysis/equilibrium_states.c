@@ -22,6 +22,7 @@
  * C. T. Kelley, D. E. Keyes, SIAM J. Numer. Anal. 35 (1998) 508). Such steps damp oscillations, so that only motions
  * which go away or move on for ever find no rest.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "analysis/analysis.h"
 #include "base/copy.h"
 #include "base/where.h"

@@ -23,6 +23,7 @@
  *
  * or |d(M a)_k| + (forces at the state) |dq|, times a few eps, since two samples may agree by chance.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "analysis/analysis.h"
 #include "derivative/stiffness.h"
 #include "kinetree/dynamics.h"

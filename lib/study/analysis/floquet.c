@@ -13,6 +13,7 @@
  * Source: G. Floquet, Annales scientifiques de l'E.N.S. 12 (1883) 47; C. E. Hammond, An application of Floquet theory
  * to prediction of mechanical instability, J. American Helicopter Society 19 (1974) 14.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/arena.h"
 #include "base/copy.h"
 #include "base/options.h"

@@ -16,6 +16,7 @@
  * coordinates to their units. Joints that are fixed or driven by a motor become dependent only if their column is more
  * than ten times larger than the others.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "analysis/analysis.h"
 
 #include "base/where.h"

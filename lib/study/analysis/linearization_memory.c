@@ -1,4 +1,5 @@
 /* The memory of a linearisation: options, sizes and layout. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "analysis/analysis.h"
 #include "base/options.h"
 

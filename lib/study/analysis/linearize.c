@@ -24,6 +24,7 @@
  *
  *     G W^-1,   state = S (dv + C dq, da) W^-1.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "analysis/analysis.h"
 
 #include "base/copy.h"

@@ -1,4 +1,5 @@
 /* Pairs of eigenvalues and vectors: states that have no part in a pair, their sizes, and the shapes of joints. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "analysis/modes.h"
 
 #include "kinetree/algebra.h"

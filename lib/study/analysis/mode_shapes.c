@@ -22,6 +22,7 @@
  * If step 1 confuses a slow mode with a neutral mode, the first pair remains, whose residual is small. A corrected
  * eigenvalue lies within the error bound of the first eigenvalue.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "analysis/modes.h"
 
 #include "kinetree/algebra.h"

@@ -13,6 +13,7 @@
  * The term of the rotating body axes (dq' = dv - omega x dq) is left out, and loops are not projected. The equations
  * satisfy A a = b'' off the manifold, too, which only adds zero eigenvalues to J.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/elementary.h"
 #include "analysis/analysis.h"
 #include "base/arena.h"

@@ -22,6 +22,7 @@
  * of its row and of its column. QR rounds such an entry anyway. Many small entries may add up to the lowest
  * eigenvalues.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "analysis/modes.h"
 #include "base/require.h"
 #include "kinetree/algebra.h"

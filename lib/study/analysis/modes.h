@@ -1,4 +1,5 @@
 /* The struct of all modes, and the functions that its files share. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_ANALYSIS_MODES_H
 #define KT_ANALYSIS_MODES_H
 

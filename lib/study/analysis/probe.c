@@ -10,6 +10,7 @@
  * A direction may have components along auxiliary states, too. At rest the force M a can replace a: inverse dynamics
  * with the acceleration a minus that without.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "analysis/analysis.h"
 
 #include "base/copy.h"

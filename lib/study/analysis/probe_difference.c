@@ -20,6 +20,7 @@
  *
  * Source: C. J. F. Ridders, Advances in Engineering Software 4, 1982, 75-76.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "analysis/analysis.h"
 
 #include <float.h>

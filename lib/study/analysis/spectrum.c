@@ -5,6 +5,7 @@
  * mode is treated as if it persisted for the whole run. A mode must not grow by more than KT_STABILITY_GROWTH times its
  * true growth over the run (kt_stability_growth).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "analysis/analysis.h"
 #include "base/arena.h"
 #include "base/copy.h"

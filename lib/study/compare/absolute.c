@@ -5,6 +5,7 @@
  * the initial angle. At this angle the body has already advanced by pitch times angle; therefore the end on the body is
  * set back by this length. The names of counters and crosses contain a full stop, which no name of the caller's does.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/absolute.h"
 
 #include "base/aligned.h"

@@ -9,6 +9,7 @@
  *
  * Crosses. A universal joint whose axes are not normal to each other becomes two revolute loops with a cross between.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_STUDY_ABSOLUTE_H
 #define KT_STUDY_ABSOLUTE_H
 

@@ -7,6 +7,7 @@
  *     w' = R_J' (w_c' - w_p' - w_p x (w_c - w_p)),   u' = R_J' (a_c - a_p - w_p' x d - w_p x (w_p x d) - 2 w_p x R_J u)
  * and each joint type reads its coordinates from that.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/absolute.h"
 
 #include "joint/joint.h"

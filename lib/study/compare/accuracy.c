@@ -1,4 +1,5 @@
 /* An accuracy study from its options to its results: memory, models of the variants, and the order of the work. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/options.h"
 #include "base/require.h"
 #include "kinetree/study.h"

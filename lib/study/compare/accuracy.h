@@ -1,4 +1,5 @@
 /* The private struct of an accuracy study, and the functions that the files of this folder share. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_STUDY_ACCURACY_H
 #define KT_STUDY_ACCURACY_H
 

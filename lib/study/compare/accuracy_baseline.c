@@ -1,5 +1,6 @@
 /* Differential-algebraic baselines against the reference of a study. The reference multipliers follow from the
  * reference's states [MSD 8.54] and the equations that the baseline has chosen. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/arena.h"
 #include "base/require.h"
 #include "compare/absolute.h"

@@ -4,6 +4,7 @@
  * range ends at large errors that are not small compared with the motion, and at small errors at which rounding or the
  * reference's uncertainty becomes visible. The fit uses the finest points of the range.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/accuracy.h"
 
 #include <math.h>

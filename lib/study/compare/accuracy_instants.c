@@ -12,6 +12,7 @@
  * The windows are a fixed part of the interval between records, so that few records are left out, and are equal for all
  * runs of a study. A run whose instants are off by more than a window shows the difference of the jump.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/accuracy.h"
 
 #include "kinetree/loop.h"

@@ -12,6 +12,7 @@
  * from which on all tighter settings reach the goal, and the next looser setting. Thus fixed steps and tolerances are
  * compared at equal errors. Settings have few digits, so that a printed setting is exactly the setting of the run.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/accuracy.h"
 
 #include <math.h>

@@ -4,6 +4,7 @@
  * vector of the rotation between the two. Coordinates of a joint that form one vector (a rotation, a translation) count
  * by its Euclidean length, all others individually.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/accuracy.h"
 
 #include "kinetree/descriptor.h"

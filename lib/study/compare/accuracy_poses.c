@@ -1,5 +1,6 @@
 /* The error of a run that another program made. Such a program reports the poses of bodies in the world. These are the
  * coordinates of the absolute formulation, whose transformation yields the joints' coordinates. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/aligned.h"
 #include "base/require.h"
 #include "compare/absolute.h"

@@ -13,6 +13,7 @@
  * coarse step no longer distinguishes a good method from a bad method, and the study stops at this time. The study also
  * stops where the two solutions diverge, for instance at a position from which a mechanism can move on in several ways.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/accuracy.h"
 
 #include "algebra/elementary.h"

@@ -5,6 +5,7 @@
  * start to the same end. Other work on the machine only adds time: the least time is closest to the cost of the run
  * itself. The distance of the median from the least time shows how much the machine was disturbed.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/accuracy.h"
 
 #include "integrator/integrator.h"

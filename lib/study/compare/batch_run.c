@@ -1,4 +1,5 @@
 /* A batch by several threads, each of which takes the next block (kt_batch_compute_block). */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/require.h"
 #include "compare/threads.h"
 #include "kinetree/study.h"

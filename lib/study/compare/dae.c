@@ -19,6 +19,7 @@
  * Runge-Kutta Methods, Springer 1989; K. E. Brenan, S. L. Campbell, L. R. Petzold, Numerical Solution of Initial-Value
  * Problems in Differential-Algebraic Equations, SIAM 1996.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/dae.h"
 #include "algebra/lu.h"
 #include "base/copy.h"

@@ -3,6 +3,7 @@
  * For n tangent coordinates and m independent equations, the N unknowns of a stage are y = (xi, v, lambda, mu). The
  * positions xi are relative to the positions q at the start of the step, q (+) xi. The type ggl alone has mu.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_STUDY_DAE_H
 #define KT_STUDY_DAE_H
 

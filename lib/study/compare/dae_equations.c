@@ -11,6 +11,7 @@
  *
  * Source: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, IV.7.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/dae.h"
 #include "joint/joint.h"
 #include "model/model.h"

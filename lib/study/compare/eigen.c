@@ -12,6 +12,7 @@
  * Eigenvalues by the cyclic method of Jacobi [Golub & Van Loan, Matrix Computations, 4th ed., 8.5]. `basis` holds A'A
  * during the rotations. U is in `square`, by falling eigenvalues; the square roots of these are in `reflector`.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/reduction.h"
 #include "reduction/maggi_kane.h"
 

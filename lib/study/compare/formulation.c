@@ -2,6 +2,7 @@
  * formulation, and its statistics. The formulations themselves are in formulation_gauss.c, _baumgarte.c, _augmented.c
  * and _projection.c.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/formulation.h"
 #include "base/copy.h"
 #include "constraint/group.h"

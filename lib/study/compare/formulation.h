@@ -1,6 +1,7 @@
 /* The declarations that the files of the constraint formulations share. Matrices are column-major; n = nv, k = the
  * number of equations of all loops, including vanishing equations (whose rows are zero).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_STUDY_FORMULATION_H
 #define KT_STUDY_FORMULATION_H
 

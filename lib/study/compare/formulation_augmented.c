@@ -25,6 +25,7 @@
  * Source: Bayo, Garcia de Jalon, Serna, A modified Lagrangian formulation for the dynamic analysis of constrained
  * mechanical systems, Computer Methods in Applied Mechanics and Engineering 71, 1988.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/formulation.h"
 #include "linear/lapack.h"
 

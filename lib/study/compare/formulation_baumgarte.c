@@ -20,6 +20,7 @@
  *
  * Source: Baumgarte 1972.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/formulation.h"
 
 void kt_formulation_baumgarte(kt_constraint_formulation *formulation, double alpha, double beta) {

@@ -16,6 +16,7 @@
  * without the squared condition number of A M^-1 A'. If equations are redundant, the first r pivots are kept and all
  * others are ignored. This equals the pseudo-inverse if c is consistent, which is the case on the manifold.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/formulation.h"
 #include "linear/lapack.h"
 

@@ -1,4 +1,5 @@
 /* The memory of a constraint formulation, its options, and the choice of its penalty. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/options.h"
 #include "compare/formulation.h"
 #include "dynamics/dynamics.h"

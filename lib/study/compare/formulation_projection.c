@@ -18,6 +18,7 @@
  * The drift of positions comes from the local errors of the steps. After each step, the least displacement that closes
  * the loops removes this drift [MSD 9.16, 9.17], as in kt_state_project, which does not change w.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/formulation.h"
 
 #include <string.h>

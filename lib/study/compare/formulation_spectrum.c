@@ -5,6 +5,7 @@
  * by central differences along all of xi and v, including directions in which the loops open. In these directions the
  * spectrum shows the modes that the formulation adds to the mechanism.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/dae.h"
 #include "kinetree/algebra.h"
 #include "kinetree/joint.h"

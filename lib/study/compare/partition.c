@@ -11,6 +11,7 @@
  * pendulum in x and y, horizontal or vertical) is then like any other. The result does not depend on earlier
  * evaluations. The order of the coordinates is stored in `square`.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/reduction.h"
 #include "reduction/maggi_kane.h"
 

@@ -1,4 +1,5 @@
 /* Reductions and formulations by name. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/reduction.h"
 #include "kinetree/study.h"
 #include "model/describe.h"

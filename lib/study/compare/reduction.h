@@ -1,4 +1,5 @@
 /* Reductions that serve comparison with QR decomposition. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_STUDY_REDUCTION_H
 #define KT_STUDY_REDUCTION_H
 

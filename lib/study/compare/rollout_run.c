@@ -1,4 +1,5 @@
 /* Derivatives of many steps, one each at a time, and gradients of many motions, a group each, by several threads. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "base/require.h"
 #include "compare/threads.h"

@@ -1,4 +1,5 @@
 /* The calls of LAPACK that the core does not need. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "linear/lapack.h"
 
 #ifdef KT_NO_LAPACK

@@ -6,6 +6,7 @@
  *
  * U is stored in `square`, V' in `factor` in place of A' (row i: right vector i).
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/reduction.h"
 #include "linear/lapack.h"
 #include "reduction/maggi_kane.h"

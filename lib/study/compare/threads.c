@@ -1,5 +1,6 @@
 /* Work by several threads: each takes the next item that nobody has, until there are none. Which thread computes an
  * item does not matter to its numbers. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/threads.h"
 
 #include <pthread.h>

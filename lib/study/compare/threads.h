@@ -1,4 +1,5 @@
 /* Items of work by several threads, for the files of this folder. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_STUDY_THREADS_H
 #define KT_STUDY_THREADS_H
 

@@ -1,4 +1,5 @@
 """What is drawn at random: numbers, vectors, rotations in each of their forms, functions of time."""
+# SPDX-License-Identifier: Apache-2.0
 import math
 
 import numpy as np

@@ -1,4 +1,5 @@
 """What acts on a mechanism: wrenches on bodies, forces of joints, and the potential energy of what has one."""
+# SPDX-License-Identifier: Apache-2.0
 import math
 
 import numpy as np

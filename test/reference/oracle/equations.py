@@ -9,6 +9,7 @@ With M = diag(spatial inertias about the bodies' origins, armatures) and f = (ap
 One singular value decomposition of J gives its rank, x = J^+ b + N z with (N' M N) z = N' (f - M J^+ b), and lambda.
 Nothing here is recursive, and nothing reads the library's sources.
 """
+# SPDX-License-Identifier: Apache-2.0
 import math
 
 import numpy as np

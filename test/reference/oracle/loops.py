@@ -1,4 +1,5 @@
 """Loops at position level, written once each; jets give their two time derivatives, and so the rows of J and b."""
+# SPDX-License-Identifier: Apache-2.0
 import math
 
 import numpy as np

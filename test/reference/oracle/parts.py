@@ -1,4 +1,5 @@
 """What a scene is made of, as its contract says: rotations, functions of time, joints, bodies with their masses."""
+# SPDX-License-Identifier: Apache-2.0
 import math
 
 import numpy as np

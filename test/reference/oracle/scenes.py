@@ -1,5 +1,6 @@
 """Random scenes of fixed seeds. A mechanism is closed by construction: its configuration is chosen first, and every loop's
 second end is then set where the first asks for it; velocities are projected onto what the loops allow."""
+# SPDX-License-Identifier: Apache-2.0
 import math
 
 import numpy as np

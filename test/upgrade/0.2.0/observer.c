@@ -16,6 +16,7 @@
  * S. Haykin, Cubature Kalman Filters, IEEE Trans. Automatic Control 54 (2009) 1254-1269.
  *
  *     observer [--seed N] [--csv FILE] */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <kinetree/kinetree.h>
 
 #include <math.h>

@@ -1,4 +1,5 @@
 /* Reads a scene and runs it by ticks of 1 ms. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include <kinetree/kinetree.h>
 #include <kinetree/scene.h>
 #include <stdio.h>

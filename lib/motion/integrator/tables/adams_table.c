@@ -6,6 +6,7 @@
  *
  * Source: E. Hairer, S. P. Norsett, G. Wanner, Solving ODE I, 1993, section III.1.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 
 static const double heun_a[] = {1.0}, heun_b[] = {0.5, 0.5}, heun_c[] = {0.0, 1.0};

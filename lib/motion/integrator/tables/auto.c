@@ -1,4 +1,5 @@
 /* dopri5 until the motion is stiff, and radau5 while it is (switching.c). The table is that of dopri5. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 
 const kt_method kt_method_auto = {

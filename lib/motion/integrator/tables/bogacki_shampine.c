@@ -1,4 +1,5 @@
 /* The 3(2) pair of Bogacki and Shampine. The dense output of the pair is the cubic of order 3. */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 
 static const double a[] = {

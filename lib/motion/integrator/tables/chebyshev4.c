@@ -16,6 +16,7 @@
  *
  * Sources: as stabilised.c.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 
 /* clang-format off */

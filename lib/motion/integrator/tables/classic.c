@@ -4,6 +4,7 @@
  * Sources: HNW II.1, tables 1.1 and 1.2; W. Kutta, Z. Math. Phys. 46 (1901) 435; K. Heun, Z. Math. Phys. 45 (1900) 23;
  * A. Ralston, Math. Comp. 16 (1962) 431.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 
 #define HNW "E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 1993, section II.1"

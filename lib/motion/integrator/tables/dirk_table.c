@@ -6,6 +6,7 @@
  *
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, section IV.3.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 
 static const double ends[] = {0.0, 1.0};

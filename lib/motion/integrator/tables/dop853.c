@@ -5,6 +5,7 @@
  * Source: HNW II.5, II.6 and II.10, and the code DOP853 in the appendix there. The digits are those that the code
  * prints; with them all order conditions hold to 5e-28.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 
 /* clang-format off */

@@ -4,6 +4,7 @@
  * Sources: J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6 (1980) 19; HNW II.5, table 5.2. For d: HNW II.6, and
  * CONTD5 in the appendix there.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 
 /* clang-format off */

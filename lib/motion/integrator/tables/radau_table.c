@@ -20,6 +20,7 @@
  * Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 1996, table IV.5.6 and section IV.8. All
  * digits are computed from these formulas.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 
 static const double a[] = {

@@ -18,6 +18,7 @@
  * Source: G. Steinebach, Construction of Rosenbrock-Wanner method Rodas5P and numerical benchmarks within the Julia
  * Differential Equations package, BIT Numerical Mathematics 63 (2023) 27.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/rosenbrock.h"
 
 static const double alpha_ij[] = {

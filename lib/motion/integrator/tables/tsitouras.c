@@ -9,6 +9,7 @@
  * Source: Ch. Tsitouras, Runge-Kutta pairs of order 5(4) satisfying only the first column simplifying assumption,
  * Comput. Math. Appl. 62 (2011) 770.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 
 static const double a[] = {

@@ -5,6 +5,7 @@
  *
  * Sources: [MSD 5.31]; for the starting method R. Alexander, SIAM J. Numer. Anal. 14 (1977) 1006.
  */
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 
 #define GAMMA 0.29289321881345247559915564
