@@ -31,7 +31,7 @@ import document
 from claims import claim, finish, note, skip
 from folders import ROOMS
 
-WRITTEN = {"kinetree.c"}  # by apps/amalgamate; pages name it
+WRITTEN = {"kinetree.c", "kinetree-experimental.h"}  # by apps/amalgamate; pages name them
 GENERATED = {"python-reference.md"}  # from docstrings, which test/python compares
 WARNINGS = ["-std=c17", "-Wall", "-Wextra", "-Werror"]
 HEAD = "#include <kinetree/experimental.h>\n#include <kinetree/kinetree.h>\n#include <stdio.h>\n#include <stdlib.h>\n#include <string.h>\n"
@@ -188,9 +188,14 @@ class Page:
         claim(f"{self.name}:{line}: scene is right",
               self.fail(self.command, "check", scene.name) if self.command else ["no command was built"])
 
+    def has_browser_engine(self):
+        return self.command is not None and (pathlib.Path(self.command).parents[1] / "browser/kinetree.wasm.gz").exists()
+
     def sh(self, line, body):
         for offset, text in enumerate(body.splitlines(), 1):
-            if text.startswith("kinetree "):
+            if "--live" in text and not self.has_browser_engine():
+                skip(f"{self.name}:{line + offset}: {text}", "the engine for browsers was not built (-Dbrowser=enabled)")
+            elif text.startswith("kinetree "):
                 claim(f"{self.name}:{line + offset}: {text}",
                       self.fail("bash", "-c", text) if self.command else ["no command was built"])
             elif not text.startswith("cc "):
@@ -239,7 +244,7 @@ def sources_named(root, pages):
         text = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.S | re.M)
         for quoted in re.findall(r"`([^`\n]+)`", text):
             word = quoted.split()[0].rstrip("/")
-            if re.search(r"(?<![A-Z])(NAME|FOLDER|FILE|TARGET)(?![A-Z])|[*<>$]", word):
+            if re.search(r"(?<![A-Z])(NAME|FOLDER|FILE|TARGET|RELEASE)(?![A-Z])|[*<>$]", word):
                 continue
             if re.match(r"(lib|include|apps|test|bench|\.ci)/", word):
                 if word not in files:

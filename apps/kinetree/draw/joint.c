@@ -275,15 +275,24 @@ static void paint_strokes(const kt_sheet *sheet, const kt_picture_loop *loop) {
                       loop->type == KT_LOOP_CURVE ? 1.4 : 0.7, kt_sheet_faded(sheet, sheet->palette->quiet));
 }
 
+typedef struct wheel_brush {
+    const kt_sheet *sheet;
+    double width;
+    kt_colour colour;
+} wheel_brush;
+
+static void paint_wheel_stroke(void *user, kt_stroke stroke) {
+    const wheel_brush *b = user;
+    kt_paint_line(b->sheet, kt_sheet_place(b->sheet, stroke.from), kt_sheet_place(b->sheet, stroke.to), b->width,
+                  b->colour);
+}
+
 /* Paints pitch circles in thin lines, pulleys and the spans between them in thick ones. */
 static void paint_wheels(const kt_sheet *sheet, const kt_picture_loop *loop) {
-    kt_stroke strokes[KT_WHEEL_STROKES];
-    const int count = kt_wheel_strokes(loop, sheet->poses, strokes);
     const bool is_rope = loop->type == KT_LOOP_SPAN || loop->type == KT_LOOP_BELT;
-    const kt_colour colour = kt_sheet_faded(sheet, is_rope ? sheet->palette->ink : sheet->palette->quiet);
-    for (int i = 0; i < count; i++)
-        kt_paint_line(sheet, kt_sheet_place(sheet, strokes[i].from), kt_sheet_place(sheet, strokes[i].to),
-                      is_rope ? 1.4 : 1.0, colour);
+    const kt_colour colour = is_rope ? sheet->palette->ink : sheet->palette->quiet;
+    wheel_brush brush = {sheet, is_rope ? 1.4 : 1.0, kt_sheet_faded(sheet, colour)};
+    kt_wheel_strokes(loop, sheet->poses, paint_wheel_stroke, &brush);
 }
 
 /* Paints the curve of a rope that is slack in the state of a sheet. Returns false if the loop is no slack rope. */

@@ -22,7 +22,7 @@ typedef enum kt_option_type {
 } kt_option_type;
 
 /* Values that replace those of the scene: kt_scene_options. */
-enum { KT_SETTINGS_MAX = 16384 };
+enum { KT_SETTINGS_MAX = 1024 };
 typedef struct kt_settings {
     const char *text[KT_SETTINGS_MAX];
     int count;

@@ -193,11 +193,12 @@ KT_INLINE kt_planar_value kt_planar_row_distance(const kt_model *model, const kt
                              .bias = bias - length[2] + w->force[0] * r->linear[0] + w->force[1] * r->linear[1]};
 }
 
-/* A loop with its form in the plane, and the indices of its rows among the rows of the group. */
+/* A loop with its form in the plane, the indices of its rows among the rows of the group, and the positions. */
 typedef struct kt_loop_in_plane {
     const kt_loop_record *loop;
     const kt_planar_loop *flat;
     const int32_t *slot;
+    const kt_real1 *q; /* NULL: no row counts turns */
 } kt_loop_in_plane;
 
 #ifndef KT_LANES
@@ -206,8 +207,8 @@ typedef struct kt_loop_in_plane {
  */
 #define KT_ROWS_IN_SPACE_DECLARE(isa)                                                                                  \
     int kt_planar_rows_in_space_##isa(const kt_model *model, const kt_data *data, const kt_group_work *w,              \
-                                      const kt_loop_in_plane *x, const kt_planar_end end[2], const double *q,          \
-                                      double t, kt_planar_wrench *rows);
+                                      const kt_loop_in_plane *x, const kt_planar_end end[2], double t,                 \
+                                      kt_planar_wrench *rows);
 KT_EACH_ISA(KT_ROWS_IN_SPACE_DECLARE)
 #undef KT_ROWS_IN_SPACE_DECLARE
 #endif
@@ -216,14 +217,13 @@ KT_EACH_ISA(KT_ROWS_IN_SPACE_DECLARE)
  * lanes no row has the form of space (kt_lanes_fit_model). */
 KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_data *data, const kt_group_work *w,
                                       const kt_loop_in_plane *x, const kt_planar_end end[2],
-                                      const kt_planar_relative *r, const kt_real1 *q, kt_real1 t,
-                                      kt_planar_wrench *rows) {
+                                      const kt_planar_relative *r, kt_real1 t, kt_planar_wrench *rows) {
     const kt_planar_loop *flat = x->flat;
     int count = 0;
 #ifndef KT_LANES
     int in_space = 0;
 #else
-    (void)data, (void)end, (void)q;
+    (void)data, (void)end;
 #endif
     for (int i = 0; i < flat->count; i++) {
         const kt_planar_row *row = &flat->row[i];
@@ -266,7 +266,7 @@ KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_data *data
     if (in_space) {
         const kt_group_work work = *w; /* copies, so that for all other loops *w and *x need not be in memory */
         const kt_loop_in_plane same = *x;
-        count += KT_KERNEL(kt_planar_rows_in_space)(model, data, &work, &same, end, q, t, rows + count);
+        count += KT_KERNEL(kt_planar_rows_in_space)(model, data, &work, &same, end, t, rows + count);
     }
 #endif
     return count;
@@ -322,7 +322,7 @@ KT_INLINE void kt_planar_rows_fill(const kt_model *model, const kt_data *data, s
     for (int i = 0; i < group->loop_count; i++) {
         const int32_t index = model->group_loop[group->loop + i];
         const kt_loop_record *loop = &model->loop[index];
-        const kt_loop_in_plane x = {loop, &model->planar_loop[index], kt_rows_slots(model, group, loop)};
+        const kt_loop_in_plane x = {loop, &model->planar_loop[index], kt_rows_slots(model, group, loop), q};
         kt_planar_end end[2];
         kt_planar_relative r;
         kt_planar_wrench rows[KT_PLANAR_ROW_MAX];
@@ -333,7 +333,7 @@ KT_INLINE void kt_planar_rows_fill(const kt_model *model, const kt_data *data, s
         for (int k = 0; k < 2; k++)
             kt_planar_end_follow(model, data, loop, x.flat, k, moving, v, &end[k]);
         kt_planar_relate(data, x.flat, end, &r);
-        const int count = kt_planar_rows_evaluate(model, data, w, &x, end, &r, q, t, rows);
+        const int count = kt_planar_rows_evaluate(model, data, w, &x, end, &r, t, rows);
         kt_planar_rows_vanishing(w, x.flat, x.slot);
         const kt_real1 first[2] = {end[0].arm[0] + r.d[0], end[0].arm[1] + r.d[1]};
         kt_planar_rows_path(model, data, w, loop, 0, rows, count, first);

@@ -26,7 +26,7 @@ static void end_in_space(const kt_model *model, const kt_data *data, const kt_lo
 }
 
 int KT_KERNEL(kt_planar_rows_in_space)(const kt_model *model, const kt_data *data, const kt_group_work *w,
-                                       const kt_loop_in_plane *x, const kt_planar_end end[2], const double *q, double t,
+                                       const kt_loop_in_plane *x, const kt_planar_end end[2], double t,
                                        kt_planar_wrench *out) {
     const kt_loop_record *loop = x->loop;
     const kt_planar_loop *flat = x->flat;
@@ -36,7 +36,7 @@ int KT_KERNEL(kt_planar_rows_in_space)(const kt_model *model, const kt_data *dat
     for (int k = 0; k < 2; k++)
         end_in_space(model, data, loop, flat, k, &end[k], &ends[k]);
     if (loop->counted)
-        kt_ends_count(model, loop, q, ends);
+        kt_ends_count(model, loop, x->q, ends);
     (void)KT_KERNEL(kt_loop_kinds)[loop->kind]->evaluate(loop, model->number, ends, t, rows);
     if (loop->equations != NULL)
         kt_stop_note(model, data, loop, rows[0].rate);

@@ -175,14 +175,15 @@ KT_INLINE void kt_rows_store(const kt_model *model, const kt_group_work *w, cons
     w->right[slot] = -(row->drift + kt_dot3(row->moment, alpha) + kt_dot3(row->force, linear));
 }
 
+/* The rows of a loop between frames; v is NULL if the links are at rest. */
 KT_INLINE void kt_rows_frames(const kt_model *model, const kt_data *data, const kt_group_work *w,
-                              const kt_loop_record *loop, const int32_t *slot, bool moving, const kt_real1 *q,
-                              const kt_real1 *v, kt_real1 t) {
+                              const kt_loop_record *loop, const int32_t *slot, const kt_real1 *q, const kt_real1 *v,
+                              kt_real1 t) {
     kt_loop_end end[2];
     kt_loop_row rows[KT_LOOP_ROW_MAX];
     kt_real3 arm[2];
     for (int k = 0; k < 2; k++)
-        arm[k] = kt_end_follow(model, data, loop, k, moving, v, &end[k]);
+        arm[k] = kt_end_follow(model, data, loop, k, v != NULL, v, &end[k]);
     if (loop->counted)
         kt_ends_count(model, loop, q, end);
     const int count = kt_loop_evaluate(loop, model->number, end, t, rows);
@@ -336,7 +337,7 @@ static inline void kt_rows_fill(const kt_model *model, const kt_data *data, size
         else if (kt_loop_is_over_ground(loop))
             kt_rows_over_ground(model, data, &w, loop, slot[0], moving);
         else
-            kt_rows_frames(model, data, &w, loop, slot, moving, q, v, t);
+            kt_rows_frames(model, data, &w, loop, slot, q, moving ? v : NULL, t);
     }
 }
 

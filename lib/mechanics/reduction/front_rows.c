@@ -103,8 +103,8 @@ static void evaluate_planar(const kt_front *f, int32_t index, const kt_front_mot
         e->velocity[1] = KT_PART3(m->velocity, 1) + w * e->arm[0];
     }
     kt_planar_relate(f->data, flat, end, &r);
-    const int count = kt_planar_rows_evaluate(f->model, f->data, &f->w, &(kt_loop_in_plane){loop, flat, slot}, end, &r,
-                                              NULL, t, rows);
+    const int count = kt_planar_rows_evaluate(f->model, f->data, &f->w, &(kt_loop_in_plane){loop, flat, slot, NULL},
+                                              end, &r, t, rows);
     kt_planar_rows_vanishing(&f->w, flat, slot);
     for (int i = flat->count; i < flat->count + flat->vanishing_count; i++)
         if (slot[flat->row[i].row] >= 0)

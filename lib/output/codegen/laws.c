@@ -209,14 +209,15 @@ static code_contact numbers_of_contact(const code_effect *e) {
     kt_graph *g = graph_of(e);
     const kt_effect_record *r = e->record;
     const kt_op33 *axes = &e->end[1].axes;
-    return (code_contact){.radius = law_number_of(e, "radius", "m", r->radius),
-                          .stiffness = law_number_of(e, "stiffness", "N/m^exponent", r->stiffness),
-                          .exponent = law_number_of(e, "exponent", "of the depth", r->exponent),
-                          .loss = law_number_of(e, "dissipation", "s/m", r->dissipation),
-                          .friction = law_number_of(e, "friction", "coefficient", r->friction),
-                          .slip = law_number_of(e, "slip", "m/s", r->slip),
-                          .n = {{axes->row[0].x[2], axes->row[1].x[2], axes->row[2].x[2]}},
-                          .apart = kt_op3_subtract(g, e->end[0].point, e->end[1].point)};
+    code_contact c = {.n = {{axes->row[0].x[2], axes->row[1].x[2], axes->row[2].x[2]}}};
+    c.radius = law_number_of(e, "radius", "m", r->radius);
+    c.stiffness = law_number_of(e, "stiffness", "N/m^exponent", r->stiffness);
+    c.exponent = law_number_of(e, "exponent", "of the depth", r->exponent);
+    c.loss = law_number_of(e, "dissipation", "s/m", r->dissipation);
+    c.friction = law_number_of(e, "friction", "coefficient", r->friction);
+    c.slip = law_number_of(e, "slip", "m/s", r->slip);
+    c.apart = kt_op3_subtract(g, e->end[0].point, e->end[1].point);
+    return c;
 }
 
 /* What resists a speed, per unit of the speed: most tanh(|s| / s0) / |s| */
@@ -241,8 +242,10 @@ static void contact_in_point(code_effect *e, const code_contact *c, kt_op3 down,
     const kt_op gain = kt_op_add(g, constant(e, 1.0), more);
     const kt_op normal = kt_op_multiply(g, elastic, kt_op_choose(g, gain, gain, zero));
     const kt_op3 across = kt_op3_add(g, s, kt_op3_scale(g, deeper, c->n));
-    const kt_op rub = rub_of_contact(e, kt_op_multiply(g, c->friction, normal), c->slip, kt_op3_length(g, across));
-    const kt_op3 force = kt_op3_subtract(g, kt_op3_scale(g, normal, c->n), kt_op3_scale(g, rub, across));
+    const kt_op most = kt_op_multiply(g, c->friction, normal), speed = kt_op3_length(g, across);
+    const kt_op rub = rub_of_contact(e, most, c->slip, speed);
+    const kt_op3 pressure = kt_op3_scale(g, normal, c->n), friction = kt_op3_scale(g, rub, across);
+    const kt_op3 force = kt_op3_subtract(g, pressure, friction);
     const kt_op3 back = negative_of(g, force);
     e->force[0] = kt_op3_add(g, e->force[0], force);
     e->force[1] = kt_op3_add(g, e->force[1], back);
@@ -258,7 +261,8 @@ static void contact_on_rim(code_effect *e, const code_contact *c) {
                  fixed = {{disc->row[0].x[1], disc->row[1].x[1], disc->row[2].x[1]}};
     const kt_op3 tilt = kt_op3_cross(g, c->n, axle);
     const kt_op s = kt_op3_length(g, tilt), leans = kt_op_subtract(g, s, constant(e, KT_RIM_FLAT));
-    const kt_op per_s = kt_op_divide(g, constant(e, 1.0), kt_op_choose(g, leans, s, constant(e, 1.0)));
+    const kt_op one = constant(e, 1.0), divisor = kt_op_choose(g, leans, s, one);
+    const kt_op per_s = kt_op_divide(g, one, divisor);
     const kt_op3 across = choose_vector(g, leans, kt_op3_scale(g, per_s, tilt), fixed);
     const kt_op3 lowest = kt_op3_cross(g, across, axle);
     for (int i = 0; i < KT_RIM_POINTS; i++) {
@@ -275,9 +279,11 @@ static void contact_between(code_effect *e) {
     e->force[0] = e->force[1] = e->moment[0] = e->moment[1] = kt_op3_zero(g);
     if (e->record->disc)
         contact_on_rim(e, &c);
-    else
-        contact_in_point(e, &c, kt_op3_scale(g, kt_op_negate(g, c.radius), c.n),
-                         kt_op_subtract(g, c.radius, kt_op3_dot(g, c.n, c.apart)));
+    else {
+        const kt_op3 down = kt_op3_scale(g, kt_op_negate(g, c.radius), c.n);
+        const kt_op depth = kt_op_subtract(g, c.radius, kt_op3_dot(g, c.n, c.apart));
+        contact_in_point(e, &c, down, depth);
+    }
 }
 
 /* Three numbers KEY_1 and so on, which multiply a vector. */

@@ -32,22 +32,25 @@ static kt_op3 op_across_less(kt_graph *g, kt_op3 z, kt_op3 d) {
 
 /* 2 w x r + w x (w x d) */
 static kt_op3 op_swing(kt_graph *g, kt_op3 w, kt_op3 r, kt_op3 d) {
-    return kt_op3_add(g, kt_op3_scale(g, kt_op_number(g, 2.0), kt_op3_cross(g, w, r)),
-                      kt_op3_cross(g, w, kt_op3_cross(g, w, d)));
+    const kt_op two = kt_op_number(g, 2.0);
+    const kt_op3 coriolis = kt_op3_scale(g, two, kt_op3_cross(g, w, r));
+    return kt_op3_add(g, coriolis, kt_op3_cross(g, w, kt_op3_cross(g, w, d)));
 }
 
 static code_angle_row angle_in_frame(const kt_code_closing *c, int k) {
     kt_graph *g = c->tree->graph;
     const kt_op3 z = kt_code_end_axis(c, k, 2), d = c->d, p = op_across_less(g, z, d);
-    const kt_op inverse = kt_op_divide(g, kt_op_number(g, 1.0), kt_op3_dot(g, p, p));
+    const kt_op one = kt_op_number(g, 1.0), inverse = kt_op_divide(g, one, kt_op3_dot(g, p, p));
     const kt_op3 h = kt_op3_scale(g, inverse, kt_op3_cross(g, z, d)), w = kt_op3_subtract(g, c->omega[1], c->omega[0]);
     const kt_op3 rate = k == 0 ? c->u : kt_op3_subtract(g, c->u, kt_op3_cross(g, w, d));
     const kt_op y = kt_op3_dot(g, d, kt_code_end_axis(c, k, 1)), x = kt_op3_dot(g, d, kt_code_end_axis(c, k, 0));
-    code_angle_row a = {.phi = kt_op_call(g, KT_OP_ATAN2, y, x), .row = {.force = h, .moment = kt_op3_zero(g)}};
-    const kt_op swept = kt_op_multiply(g, kt_op3_dot(g, p, rate), kt_op3_dot(g, h, rate));
+    const kt_op phi = kt_op_call(g, KT_OP_ATAN2, y, x);
+    code_angle_row a = {.phi = phi, .row = {.force = h, .moment = kt_op3_zero(g)}};
+    const kt_op radial = kt_op3_dot(g, p, rate), swept = kt_op_multiply(g, radial, kt_op3_dot(g, h, rate));
     a.row.drift = kt_op_scale(g, -2.0, kt_op_multiply(g, inverse, swept));
     if (k == 1) {
-        const kt_op3 bias = kt_op3_subtract(g, op_swing(g, c->omega[0], c->u, d), op_swing(g, c->omega[1], rate, d));
+        const kt_op3 first = op_swing(g, c->omega[0], c->u, d);
+        const kt_op3 bias = kt_op3_subtract(g, first, op_swing(g, c->omega[1], rate, d));
         a.row.moment = kt_op3_cross(g, h, d);
         a.row.drift = kt_op_add(g, a.row.drift, kt_op3_dot(g, h, bias));
     }
@@ -79,8 +82,9 @@ static void add_scaled_row(kt_graph *g, double s, const kt_code_row *row, kt_cod
 static kt_code_row row_of_angles(const kt_code_closing *c, const double gain[2]) {
     kt_graph *g = c->tree->graph;
     const kt_loop_record *r = c->record;
+    const kt_op3 none = kt_op3_zero(g);
     kt_op seen[2], at_start = kt_op_number(g, 0.0);
-    kt_code_row row = {.force = kt_op3_zero(g), .moment = kt_op3_zero(g), .drift = at_start, .phi = at_start};
+    kt_code_row row = {.force = none, .moment = none, .drift = at_start, .phi = at_start};
     for (int k = 0; k < 2; k++) {
         if (gain[k] == 0.0)
             continue;
@@ -129,11 +133,12 @@ static kt_code_row row_of_belt(const kt_code_closing *c, int k) {
     kt_graph *g = c->tree->graph;
     const double scale = k == 0 ? 0.5 : 1.0, other = k == 0 ? -0.5 : 1.0;
     const kt_code_row one = row_of_span(c, 0), two = row_of_span(c, 1);
-    const kt_op zero = kt_op_number(g, 0.0);
-    kt_code_row row = {.force = kt_op3_zero(g), .moment = kt_op3_zero(g), .drift = zero};
+    const kt_op3 none = kt_op3_zero(g);
+    kt_code_row row = {.force = none, .moment = none, .drift = kt_op_number(g, 0.0)};
     add_scaled_row(g, scale, &one, &row);
     add_scaled_row(g, other, &two, &row);
-    row.phi = kt_op_add(g, kt_op_scale(g, scale, one.phi), kt_op_scale(g, other, two.phi));
+    const kt_op first = kt_op_scale(g, scale, one.phi);
+    row.phi = kt_op_add(g, first, kt_op_scale(g, other, two.phi));
     return row;
 }
 
@@ -143,23 +148,26 @@ static kt_code_row row_of_rack(const kt_code_closing *c) {
     const kt_op3 n = kt_code_end_axis(c, 0, 2), t = kt_code_end_axis(c, 1, 2), d = c->d, *omega = c->omega;
     const kt_op3 w = kt_op3_subtract(g, omega[1], omega[0]), turned = kt_op3_cross(g, w, t);
     const kt_op3 p = op_across_less(g, n, t), rate = kt_op3_subtract(g, c->u, kt_op3_cross(g, w, d));
-    const kt_op inverse = kt_op_divide(g, kt_op_number(g, 1.0), kt_op3_dot(g, p, p));
+    const kt_op one = kt_op_number(g, 1.0), inverse = kt_op_divide(g, one, kt_op3_dot(g, p, p));
     const kt_op3 h = kt_op3_scale(g, inverse, kt_op3_cross(g, n, t));
-    const kt_op3 bias = kt_op3_subtract(g, op_swing(g, omega[0], c->u, d), op_swing(g, omega[1], rate, d));
-    const kt_op3 bent =
-        kt_op3_subtract(g, kt_op3_cross(g, w, turned), kt_op3_cross(g, kt_op3_cross(g, omega[0], omega[1]), t));
+    const kt_op3 first = op_swing(g, omega[0], c->u, d);
+    const kt_op3 bias = kt_op3_subtract(g, first, op_swing(g, omega[1], rate, d));
+    const kt_op3 inward = kt_op3_cross(g, w, turned);
+    const kt_op3 bent = kt_op3_subtract(g, inward, kt_op3_cross(g, kt_op3_cross(g, omega[0], omega[1]), t));
     const kt_op y = kt_op3_dot(g, t, kt_code_end_axis(c, 0, 1)), x = kt_op3_dot(g, t, kt_code_end_axis(c, 0, 0));
-    const kt_op gamma = kt_op_subtract(g, kt_op_call(g, KT_OP_ATAN2, y, x), kt_op_number(g, r->bearing[0]));
+    const kt_op angle = kt_op_call(g, KT_OP_ATAN2, y, x);
+    const kt_op gamma = kt_op_subtract(g, angle, kt_op_number(g, r->bearing[0]));
     const kt_op turn = op_remainder(g, gamma, KT_PLANE_TURN), travel = kt_op3_dot(g, t, d);
-    const kt_op swept = kt_op_multiply(g, kt_op3_dot(g, p, turned), kt_op3_dot(g, h, turned));
+    const kt_op radial = kt_op3_dot(g, p, turned), swept = kt_op_multiply(g, radial, kt_op3_dot(g, h, turned));
     const kt_op swing = kt_op_scale(g, 2.0, kt_op_multiply(g, inverse, swept));
     kt_code_row row = {.force = t, .moment = kt_op3_cross(g, t, d)};
-    const kt_code_row wheel = {.force = kt_op3_zero(g),
-                               .moment = kt_op3_cross(g, t, h),
-                               .drift = kt_op_subtract(g, kt_op3_dot(g, h, bent), swing)};
+    const kt_op3 none = kt_op3_zero(g), moment = kt_op3_cross(g, t, h);
+    const kt_op drift = kt_op_subtract(g, kt_op3_dot(g, h, bent), swing);
+    const kt_code_row wheel = {.force = none, .moment = moment, .drift = drift};
     row.drift = kt_op3_dot(g, t, bias);
     add_scaled_row(g, -r->gain[0], &wheel, &row);
-    const kt_op start = kt_op_add(g, kt_op_number(g, r->phase[0]), kt_op_scale(g, r->gain[0], turn));
+    const kt_op phase = kt_op_number(g, r->phase[0]);
+    const kt_op start = kt_op_add(g, phase, kt_op_scale(g, r->gain[0], turn));
     row.phi = op_remainder(g, kt_op_subtract(g, travel, start), r->period);
     return row;
 }
@@ -187,9 +195,9 @@ static kt_op3 reach_of_mesh(const kt_code_closing *c) {
     const kt_loop_record *r = c->record;
     const kt_op3 n = kt_code_end_axis(c, 0, 2), p = op_across_less(g, n, c->d);
     const kt_op radius = kt_op_number(g, r->type == KT_LOOP_WORM ? r->radius : r->gain[0]);
-    const kt_op3 e = r->type == KT_LOOP_RACK
-                         ? kt_op3_cross(g, n, kt_code_end_axis(c, 1, 2))
-                         : kt_op3_scale(g, kt_op_divide(g, kt_op_number(g, 1.0), kt_op3_length(g, p)), p);
+    const kt_op one = kt_op_number(g, 1.0);
+    const kt_op3 e = r->type == KT_LOOP_RACK ? kt_op3_cross(g, n, kt_code_end_axis(c, 1, 2))
+                                             : kt_op3_scale(g, kt_op_divide(g, one, kt_op3_length(g, p)), p);
     return kt_op3_subtract(g, kt_op3_scale(g, radius, e), c->d);
 }
 

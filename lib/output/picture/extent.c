@@ -10,10 +10,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-kt_pose kt_body_frame_pose(const kt_body_frame *frame, const kt_pose *poses) {
-    return kt_pose_compose(poses[frame->body], frame->pose);
-}
-
 kt_bounds kt_bounds_empty(void) {
     return (kt_bounds){.low = {DBL_MAX, DBL_MAX, DBL_MAX}, .high = {-DBL_MAX, -DBL_MAX, -DBL_MAX}};
 }
@@ -61,6 +57,11 @@ static void hear_rope(const kt_picture *p, const kt_picture_loop *loop, const kt
     }
 }
 
+static void hear_end_of_stroke(void *user, kt_stroke stroke) {
+    const point_listener *listener = user;
+    listener->each(listener->user, stroke.to);
+}
+
 void kt_picture_points(const kt_picture *p, const kt_pose *poses, kt_picture_point *each, void *user) {
     point_listener listener = {each, user};
     for (int i = 0; i < p->joint_count; i++)
@@ -72,10 +73,8 @@ void kt_picture_points(const kt_picture *p, const kt_pose *poses, kt_picture_poi
             each(user, kt_body_frame_pose(&p->loops[i].ends[k], poses).position);
         for (int k = 0; k < p->loops[i].stroke_count; k++)
             each(user, kt_pose_apply(first, p->loops[i].strokes[k].to));
-        kt_stroke strokes[KT_WHEEL_STROKES];
-        const int count = kt_wheel_strokes(&p->loops[i], poses, strokes);
-        for (int k = 0; k < count && p->loops[i].type != KT_LOOP_RACK; k++)
-            each(user, strokes[k].to);
+        if (p->loops[i].type != KT_LOOP_RACK)
+            kt_wheel_strokes(&p->loops[i], poses, hear_end_of_stroke, &listener);
         hear_rope(p, &p->loops[i], poses, &listener);
     }
     for (int i = 0; i < p->effect_count; i++) {

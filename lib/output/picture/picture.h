@@ -85,10 +85,10 @@ typedef struct kt_picture_loop {
     const char *name;
 } kt_picture_loop;
 
-/* Writes the pitch circles and pitch lines of wheels, the circles of pulleys and the spans between them, world axes.
- * Spans come last. Returns their number, 0 for loops of other types. */
-enum { KT_WHEEL_STROKES = 128 };
-int kt_wheel_strokes(const kt_picture_loop *loop, const kt_pose *poses, kt_stroke strokes[KT_WHEEL_STROKES]);
+/* Hands over the strokes of pitch circles and pitch lines of wheels, of the circles of pulleys, and of the spans
+ * between them, world axes. Spans come last. Loops of other types have none. */
+typedef void kt_stroke_each(void *user, kt_stroke stroke);
+void kt_wheel_strokes(const kt_picture_loop *loop, const kt_pose *poses, kt_stroke_each *each, void *user);
 
 /* The length of a rope at a time, s; NaN: the loop is no rope, or its function has no value at this time. */
 double kt_picture_rope_length(const kt_picture_loop *loop, double t);
@@ -182,7 +182,9 @@ void kt_picture_free(kt_picture *picture);
 int kt_body_of_joint(const kt_model *model, const char *name);
 
 /* The pose in the world of a frame on a body; the position of a point of the body. */
-kt_pose kt_body_frame_pose(const kt_body_frame *frame, const kt_pose *poses);
+static inline kt_pose kt_body_frame_pose(const kt_body_frame *frame, const kt_pose *poses) {
+    return kt_pose_compose(poses[frame->body], frame->pose);
+}
 
 /* Calls `each` for the lines of the path of an effect, whose number is its line_count. poses: of all bodies. */
 typedef void kt_picture_line(void *user, kt_vec3 from, kt_vec3 to);
