@@ -321,10 +321,10 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
  *     The velocity along an axis of the end has a force against it. The angular velocity about this axis has a moment
  *     against it.
  *   "attraction": strength / distance^2 pulls two points together.
- *   "contact": a sphere, and the half-space under a plane. A hard contact may have the rim of a thin disc instead. At a
- * depth x the normal force is stiffness x^exponent (1 + 3/2 dissipation x'), but never below zero. Friction, with its
- *     coefficient times the normal force, acts against the slip at the sphere's lowest point. Source: Hunt and Crossley
- *     1975.
+ *   "contact": a sphere, and the half-space under a plane. The rim of a thin disc may replace the sphere. At a depth x
+ *     the normal force is stiffness x^exponent (1 + 3/2 dissipation x'), but never below zero. Friction, with its
+ *     coefficient times the normal force, acts against the slip at the lowest point. Rolling and torsional friction are
+ *     moments of an arm times the normal force, against the relative angular velocity. Source: Hunt and Crossley 1975.
  *   "expression": forces by formulas (expression.h) of t and of variables (kt_variable), or by a law in C.
  *
  * An expression acts in one of three ways.
@@ -393,15 +393,18 @@ typedef struct kt_effect {
     double strength;       /* attraction: N m^2; negative: repulsion */
 
     kt_vec3 axis;       /* contact: the plane's normal in the second end's frame, out of the half-space; default z */
-    double radius;      /* contact: of the sphere, m; default 0, a point */
-    kt_vec3 axle;       /* hard contact: the axis of a thin disc in the first end's frame. The rim of the disc then
-                           replaces the sphere. Default 0: a sphere */
+    double radius;      /* contact: of the sphere or disc, m; default 0, a point */
+    kt_vec3 axle;       /* contact: the axis of a thin disc in the first end's frame. The rim of the disc then replaces
+                           the sphere. Default 0: a sphere */
     double radius2;     /* hard contact: of a sphere about the second end, in place of the plane, m; default 0: a plane.
                            Spheres with friction need time stepping (KT_CONTACT_STEPS) */
     double exponent;    /* contact: 1 or more; default 1.5, Hertz's */
     double dissipation; /* contact: s/m; after an impact at a slow v the speed is v - dissipation v^2; default 0 */
     double friction;    /* contact: coefficient; default 0. Friction of a hard contact (restitution) sticks */
     double slip;        /* elastic contact: slip speed over which friction builds up, m/s; default 1e-3 */
+    double rolling;     /* elastic contact: the arm of rolling friction, m; default 0 */
+    double torsion;     /* elastic contact: the arm of friction against a spin about the normal, m; default 0 */
+    double turn;        /* elastic contact: angular velocity over which both build up, rad/s; default 1e-2 */
 
     const char *formula[6];                      /* expression: force, moment; NULL: that component is zero */
     kt_effect_wrench_callback *wrench;           /* custom: acts at `end_count` ends, or is NULL */

@@ -70,6 +70,7 @@ static void add_effects(kt_linkages *x, int link, kt_random *random) {
     foot->exponent = 1.5;
     foot->friction = 0.5;
     foot->slip = 0.01;
+    foot->rolling = link % 3 == 0 ? 0.05 : 0.0;
     foot->axle = kt_vec3_make(0.0, link % 2 ? 1.0 : 0.0, 0.0);
 }
 

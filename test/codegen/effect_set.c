@@ -171,6 +171,9 @@ static bool draw_effect(kt_effect_set *set, int i, kt_effect_type type, const kt
         e->dissipation = 0.2;
         e->friction = i % 3 ? 0.6 : 0.0;
         e->slip = 0.3;
+        e->rolling = i % 2 ? 0.0 : 0.2;
+        e->torsion = 0.1;
+        e->turn = 0.5;
         if (i % 2)
             e->axle = kt_tree_direction(random);
         break;

@@ -82,6 +82,9 @@ static void add_between(stage *s, kt_random *random, int a, int b) {
         e->dissipation = 0.01;
         e->friction = 0.4;
         e->slip = 1.5;
+        e->rolling = 0.3;
+        e->torsion = 0.2;
+        e->turn = 1.2;
         for (int k = 0; k < 6; k++) {
             e->stiffnesses[k] = kt_random_uniform(random, 0.5, 2.0);
             e->dampings[k] = kt_random_uniform(random, 0.5, 2.0);

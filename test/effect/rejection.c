@@ -106,6 +106,23 @@ KT_TEST(exponent_of_a_contact_is_a_number_from_one_on) {
     check_told(contact, "");
 }
 
+KT_TEST(hard_contacts_have_no_rolling_or_torsional_friction) {
+    kt_effect contact = of_type(KT_EFFECT_CONTACT);
+    contact.rolling = 0.1;
+    contact.torsion = 0.2;
+    contact.stiffness = 1.0;
+    check_told(contact, "");
+    contact.stiffness = 0.0;
+    contact.restitution = 0.5;
+    check_told(contact, "a hard contact has no rolling or torsional friction; give a stiffness in place of the "
+                        "restitution, or leave `rolling` out\n");
+    contact.rolling = 0.0;
+    check_told(contact, "a hard contact has no rolling or torsional friction; give a stiffness in place of the "
+                        "restitution, or leave `torsion` out\n");
+    contact.torsion = 0.0;
+    check_told(contact, "");
+}
+
 KT_TEST(force_has_three_components_in_a_frame_that_there_is) {
     kt_effect force = of_type(KT_EFFECT_FORCE);
     check_told(force, "value has a component missing; give three numbers or functions of time\n"

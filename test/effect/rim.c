@@ -21,7 +21,10 @@ static kt_effect_record disc_of(double radius, double exponent, double loss) {
                               .exponent = exponent,
                               .dissipation = 0.2 * loss,
                               .friction = 0.5 * loss,
-                              .slip = 0.7};
+                              .rolling = 0.3 * loss,
+                              .torsion = 0.2 * loss,
+                              .slip = 0.7,
+                              .turn = 0.9};
 }
 
 static kt_effect_end moved_by(const kt_effect_end *end, double h) {

@@ -92,10 +92,43 @@ KT_TEST(collisions_touch_planes_with_the_smaller_friction) {
     }
 }
 
+#define TORSIONAL(rest) "<surface><friction><torsional>" rest "</torsional></friction></surface>"
+
+/* PyBullet gives the arms; SDF gives a patch of radius a, on which the pressure of Hertz has the moment of the friction
+ * at the distance 3 pi a / 16 on average. The larger arm of both surfaces counts. */
+KT_TEST(collisions_have_arms_of_rolling_and_torsional_friction) {
+    static const double average = 0.58904862254808623;
+    static const struct {
+        const char *text;
+        double rolling, torsion;
+    } table[] = {
+        {URDF(BALL, ""), 0.0, 0.0},
+        {URDF_OF("<contact><rolling_friction value='.02'/><spinning_friction value='.03'/></contact>", BALL, "", ""),
+         0.02, 0.03},
+        {SDF_WORLD(SDF_LINK(SPHERE, ""), "0 0 1", TORSIONAL("<patch_radius>.1</patch_radius>")), 0.0, 0.1 * average},
+        {SDF_WORLD(SDF_LINK(SPHERE, TORSIONAL("<coefficient>.5</coefficient><patch_radius>.3</patch_radius>")), "0 0 1",
+                   TORSIONAL("<patch_radius>.1</patch_radius>")),
+         0.0, 0.15 * average},
+        {SDF_WORLD(SDF_LINK(SPHERE, TORSIONAL("<use_patch_radius>false</use_patch_radius>"
+                                              "<patch_radius>.3</patch_radius><surface_radius>1</surface_radius>")),
+                   "0 0 1", ""),
+         0.0, 0.0},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        const kt_scene *scene = test_robot(table[i].text, strstr(table[i].text, "<sdf") ? &on_plane : &on_ground);
+        kt_check_equal_int(table[i].text, count_contacts(scene), 1);
+        for (int k = 0; k < scene->description.effect_count; k++)
+            if (scene->description.effects[k].type == KT_EFFECT_CONTACT) {
+                kt_check_near("rolling", scene->description.effects[k].rolling, table[i].rolling, 0.0);
+                kt_check_near("torsion", scene->description.effects[k].torsion, table[i].torsion, 1e-15);
+            }
+    }
+}
+
 /* Frictions that a contact cannot have, or that disagree, are warnings; equal ones are not. */
 KT_TEST(frictions_that_a_contact_cannot_have_are_warnings) {
     static const char by_direction[] = "mu2 differs from mu1", at_rest[] = "mu_static differs",
-                      disputed[] = "different frictions";
+                      disputed[] = "different frictions", deepening[] = "has a surface_radius";
     static const struct {
         const char *text;
         const char *note;
@@ -110,8 +143,13 @@ KT_TEST(frictions_that_a_contact_cannot_have_are_warnings) {
         {SDF_WORLD(SDF_LINK(SPHERE, "<surface><friction><ode><mu>1</mu><mu2>2</mu2></ode></friction></surface>"),
                    "0 0 1", ""),
          by_direction},
+        {SDF_WORLD(SDF_LINK(SPHERE, TORSIONAL("<use_patch_radius>false</use_patch_radius>"
+                                              "<surface_radius>1</surface_radius>")),
+                   "0 0 1", ""),
+         deepening},
+        {SDF_WORLD(SDF_LINK(SPHERE, TORSIONAL("<surface_radius>1</surface_radius>")), "0 0 1", ""), NULL},
     };
-    static const char *const notes[] = {by_direction, at_rest, disputed};
+    static const char *const notes[] = {by_direction, at_rest, disputed, deepening};
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         const kt_scene *scene = test_robot(table[i].text, &on_ground);
         for (size_t k = 0; k < sizeof notes / sizeof *notes; k++)

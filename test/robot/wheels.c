@@ -1,4 +1,4 @@
-/* Wheels of robots that roll, against closed forms. */
+/* Wheels of robots that roll, and rolling and torsional friction, against closed forms. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "../folder.h"
 #include "check.h"
@@ -107,5 +107,38 @@ KT_TEST(meshes_of_wheels_are_a_warning) {
         const kt_scene *scene = test_robot(text, &options);
         kt_check_equal_int(table[i].joint, has_ranked_note(scene, KT_NOTE_RANK_MOTION, "meshes of wheels"),
                            table[i].warns);
+    }
+}
+
+/* ---- friction of rolling and of spin ----------------------------------------------------------------------------- */
+
+/* With rolling friction a N against the angular velocity v / R of a ball, 7/5 m v v' = -a N v / R: it stops after
+ * 7 R v^2 / (10 a g). The speed over which friction builds up adds less than 1e-5 of the way. */
+KT_TEST(balls_with_rolling_friction_stop) {
+    static const double arms[] = {0.01, 0.02};
+    for (size_t i = 0; i < 2; i++) {
+        char geom[100];
+        (void)snprintf(geom, sizeof geom, "type='sphere' size='.1' condim='6' friction='1 .005 %g'", arms[i]);
+        const kt_mechanism *m = run_geom(geom, "qpos='0 0 .1 1 0 0 0' qvel='1 0 0 0 10 0'", 2.0);
+        kt_check_near("way", positions_of(m, "w")[0], 0.07 / (arms[i] * g), 1e-3 * 0.07 / (arms[i] * g));
+    }
+    const kt_mechanism *m = run_geom("type='sphere' size='.1' condim='4' friction='1 .005 .01'",
+                                     "qpos='0 0 .1 1 0 0 0' qvel='1 0 0 0 10 0'", 2.0);
+    kt_check_near("without condim 6", positions_of(m, "w")[0], 2.0, 1e-12);
+}
+
+/* Torsional friction b N slows a spin by 5 b g / (2 R^2): until 20 rad/s are lost, and not at all below condim 4. */
+KT_TEST(spins_end_by_torsional_friction) {
+    static const char start[] = "qpos='0 0 .1 1 0 0 0' qvel='0 0 0 0 0 20'";
+    static const char geom[] = "type='sphere' size='.1' condim='%d' friction='1 .01 0'";
+    const double slows = 2.5 * 0.01 * g / 0.01;
+    for (int condim = 3; condim <= 6; condim += condim < 4 ? 1 : 2) {
+        char text[100];
+        (void)snprintf(text, sizeof text, geom, condim);
+        const double half = 10.0 / slows;
+        const double *v = kt_simulation_velocities(run_geom(text, start, half)->simulation);
+        kt_check_near("after half of the time", v[5], condim < 4 ? 20.0 : 10.0, 2e-3 * 20.0);
+        v = kt_simulation_velocities(run_geom(text, start, 3.0 * half)->simulation);
+        kt_check_near("after it", v[5], condim < 4 ? 20.0 : 0.0, 1e-6);
     }
 }

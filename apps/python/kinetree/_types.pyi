@@ -141,7 +141,8 @@ class _Effect:
         """attraction of two points by the inverse square of their distance"""
     def contact(self, *, point: End, plane: End, name: str = ..., switched: bool = ..., radius: Number = 0.0, axle: Axis = ..., radius2: Number = ...,
         axis: Axis = ..., stiffness: Number = 0.0, exponent: Number = 1.5, dissipation: Number = 0.0, friction: Number = 0.0, slip: Number = 0.001,
-        restitution: Number = ..., rest_velocity: Number = 1e-06, poisson: Union[bool, str] = False) -> Json:
+        rolling: Number = 0.0, torsion: Number = 0.0, turn: Number = 0.01, restitution: Number = ..., rest_velocity: Number = 1e-06, poisson:
+        Union[bool, str] = False) -> Json:
         """contact of a sphere or a disc with a half-space (Hunt and Crossley), with friction"""
     def expression(self, *, name: str = ..., switched: bool = ..., joint: str = ..., between: Sequence[End] = ..., path: Any = ..., at: End = ...,
         force: Union[Number, Sequence[Number]] = ..., torque: Union[Number, Sequence[Number]] = ..., frame: str = ...) -> Json:

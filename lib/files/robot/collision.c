@@ -183,6 +183,9 @@ static void meet_planes(touching *t, const kt_collision *item, const kt_collisio
                                   .pose = plane->pose};
         kt_contact_law law = kt_contact_law_standard();
         law.friction = fmin(item->friction, plane->friction);
+        law.torsion = fmax(item->torsion, plane->torsion);
+        law.rolling = fmax(item->rolling, plane->rolling);
+        law.condim = 6.0;
         kt_contact_make(t->d, &shape, &ground, &law, &cone, t->gravity, &t->c->touched);
     }
 }
@@ -245,6 +248,8 @@ static const kt_note friction_notes[] = {
     KT_NOTE(kt_collisions, standing, MOTION,
             "collision shapes whose mu_static differs from mu_dynamic; a contact has the friction mu_dynamic at rest, "
             "too:"),
+    KT_NOTE(kt_collisions, deepening, MOTION,
+            "collision shapes whose torsional friction has a surface_radius, left out; give a patch_radius:"),
     KT_NOTE(
         kt_collisions, disputed, MOTION,
         "collision shapes to which several simulators give different frictions; that of Drake counts before that of "

@@ -8,7 +8,8 @@
  * For a pyramidal cone, the first factor applies to v, and the second factor applies to A N:
  *     f1 = 1 + mu^2,   f2 = (1 + mu^2) mu^2 / ((condim - 1) r),
  * since 2 (condim - 1) edges carry N, each with the compliance 2 (1 + mu^2) mu^2 / r of a contact without friction, and
- * two of them carry T.
+ * two of them carry T. Torsional and rolling friction (condim 4 and 6) are moments of an arm times N, which build up
+ * over the angular velocity at which the surface of the shape moves at v.
  *
  * A contact of the library has the force
  *     N = K x^m (1 + 3/2 c x').
@@ -26,6 +27,8 @@ static const double mobility_least = 0.01;
 
 kt_contact_law kt_contact_law_standard(void) {
     return (kt_contact_law){.friction = 1.0,
+                            .torsion = 0.005,
+                            .rolling = 0.0001,
                             .condim = 3.0,
                             .mix = 1.0,
                             .reference = {0.02, 1.0},
@@ -82,7 +85,17 @@ double kt_contact_law_yield(const kt_contact_law *law, double shortest, double m
     return d;
 }
 
-/* K, m, c, mu and v0. */
+/* A distance of the surface of a shape from its centre. */
+static double extent_of(const kt_contact_shape *shape) {
+    double most = shape->solid == KT_SOLID_BOX || shape->solid == KT_SOLID_ELLIPSOID
+                      ? fmax(shape->size[0], fmax(shape->size[1], shape->size[2]))
+                      : shape->size[0];
+    for (int i = 0; shape->solid == KT_SOLID_NONE && i < shape->point_count; i++)
+        most = fmax(most, kt_vec3_norm(shape->points[i]));
+    return most > 0.0 ? most : 1.0;
+}
+
+/* K, m, c, mu and v0, and the moments. */
 void kt_contact_law_apply(const kt_contact_law *law, const kt_contact_cone *cone, double gravity,
                           kt_contact_shape *shape) {
     const double mass = shape->mass, weight = mass * (gravity > 0.0 ? gravity : 9.81);
@@ -98,5 +111,8 @@ void kt_contact_law_apply(const kt_contact_law *law, const kt_contact_cone *cone
     shape->stiffness = weight / 8.0 / pow(x1, shape->exponent);
     shape->dissipation = fabs(2.0 * b / (3.0 * k * d * x1));
     shape->friction = mu;
+    shape->torsion = law->condim >= 4.0 ? law->torsion : 0.0;
+    shape->rolling = law->condim >= 6.0 ? law->rolling : 0.0;
     shape->slip = fmax(1e-6, mu * weight / 8.0 * edges * a * (1.0 - d) / (d * b * cone->ratio));
+    shape->turn = shape->slip / extent_of(shape);
 }

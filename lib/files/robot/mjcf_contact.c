@@ -2,7 +2,7 @@
  *
  * Two geoms touch if a <pair> names them. They also touch if no <exclude> has their bodies and their masks allow it:
  *     (contype1 & conaffinity2) | (contype2 & conaffinity1) != 0.
- * The contact has the numbers of the geom with the higher priority. At equal priority, friction and condim are the
+ * The contact has the numbers of the geom with the higher priority. At equal priority, frictions and condim are the
  * larger values, and solimp and solref are means with the weights solmix. If a solref is not positive, the smaller
  * values apply.
  *
@@ -28,12 +28,20 @@ typedef struct surface {
 static surface *surface_at(const kt_mjcf *m, int i) { return (surface *)m->surfaces.items + i; }
 
 static void read_law(kt_mjcf *m, const kt_element *e, const char *tag, kt_contact_law *l) {
-    double friction[5] = {l->friction};
+    const bool is_pair = strcmp(tag, "pair") == 0; /* whose friction has two numbers of slip, and two of rolling */
+    double friction[5] = {l->friction, is_pair ? l->friction : l->torsion, is_pair ? l->torsion : l->rolling,
+                          l->rolling, l->rolling};
     const bool has_margin = kt_mjcf_text(m, e, tag, "margin") != NULL || kt_mjcf_text(m, e, tag, "gap") != NULL;
     (void)kt_mjcf_numbers(m, e, tag, "friction", 1, 5, friction);
     (void)kt_mjcf_numbers(m, e, tag, "solref", 1, 2, l->reference);
     (void)kt_mjcf_numbers(m, e, tag, "solimp", 1, 5, l->impedance);
     l->friction = friction[0];
+    l->torsion = friction[is_pair ? 2 : 1];
+    l->rolling = friction[is_pair ? 3 : 2];
+    if (is_pair && (friction[0] != friction[1] || friction[3] != friction[4]))
+        kt_unknown_count(
+            &m->changes,
+            "pairs whose friction differs by direction, of which the first number applies to all directions", e);
     l->condim = kt_mjcf_number(m, e, tag, "condim", l->condim);
     l->priority = kt_mjcf_number(m, e, tag, "priority", l->priority);
     l->mix = kt_mjcf_number(m, e, tag, "solmix", l->mix);
@@ -64,6 +72,8 @@ static kt_contact_law mix_laws(const kt_contact_law *a, const kt_contact_law *b)
     if (a->priority != b->priority)
         return l;
     l.friction = fmax(a->friction, b->friction);
+    l.torsion = fmax(a->torsion, b->torsion);
+    l.rolling = fmax(a->rolling, b->rolling);
     l.condim = fmax(a->condim, b->condim);
     for (int i = 0; i < 2; i++)
         l.reference[i] = is_direct ? fmin(a->reference[i], b->reference[i])

@@ -31,6 +31,10 @@ static kt_effect *add_shape_contact(kt_draft *d, const kt_contact_shape *shape, 
     effect->stiffness = shape->stiffness;
     effect->exponent = shape->exponent;
     effect->dissipation = shape->dissipation;
+    effect->rolling = shape->rolling;
+    effect->torsion = shape->torsion;
+    if (shape->rolling > 0.0 || shape->torsion > 0.0)
+        effect->turn = shape->turn;
     return effect;
 }
 

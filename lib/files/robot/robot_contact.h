@@ -10,9 +10,10 @@
 
 /* The numbers of a contact in MuJoCo. */
 typedef struct kt_contact_law {
-    double friction, condim, priority, mix; /* mix: weight of a mean */
-    double reference[2], impedance[5];      /* solref, solimp */
-    double distance;                        /* of the surfaces at which it begins */
+    double friction, torsion, rolling; /* of slip; of a spin about the normal and of rolling, m */
+    double condim, priority, mix;      /* mix: weight of a mean */
+    double reference[2], impedance[5]; /* solref, solimp */
+    double distance;                   /* of the surfaces at which it begins */
 } kt_contact_law;
 
 /* The settings of all contacts: the shortest time constant, impratio, and the kind of the cones. */
@@ -47,6 +48,7 @@ typedef struct kt_contact_shape {
     int point_count;
     kt_pose pose;                                            /* in the body */
     double friction, slip, stiffness, exponent, dissipation; /* as in the effect */
+    double torsion, rolling, turn;                           /* likewise */
     double mobility, mass;                                   /* of the body, 1/kg; of the robot */
     bool turns_freely;                                       /* by a free joint, or about an axis without limits */
 } kt_contact_shape;
@@ -62,8 +64,8 @@ typedef struct kt_ground {
 double kt_contact_law_yield(const kt_contact_law *law, double shortest, double mobility, double force,
                             double *stiffness, double *damping);
 
-/* Sets the stiffness, exponent, dissipation, friction and slip of a shape. `gravity` is the magnitude of gravity (0:
- * 9.81 m/s^2). */
+/* Sets the stiffness, exponent, dissipation and frictions of a shape, with the speeds over which frictions build up.
+ * `gravity` is the magnitude of gravity (0: 9.81 m/s^2). */
 void kt_contact_law_apply(const kt_contact_law *law, const kt_contact_cone *cone, double gravity,
                           kt_contact_shape *shape);
 
@@ -162,9 +164,9 @@ typedef struct kt_collision {
     double size[3];
     const char *mesh; /* its file; NULL: none */
     kt_vec3 scale;
-    kt_pose pose; /* in the body */
-    double friction;
-    unsigned mask; /* two shapes touch if their masks have a bit in common */
+    kt_pose pose;                      /* in the body */
+    double friction, torsion, rolling; /* of slip; the arms of torsional and rolling friction, m */
+    unsigned mask;                     /* two shapes touch if their masks have a bit in common */
 } kt_collision;
 
 typedef struct kt_collisions {
@@ -174,6 +176,7 @@ typedef struct kt_collisions {
     bool moves_freely;                       /* a body has a free joint */
     kt_left stops;                           /* soft ones */
     kt_left directional, disputed, standing; /* frictions that differ: by direction, of simulators, at rest */
+    kt_left deepening;                       /* torsional frictions whose arm grows with the depth */
 } kt_collisions;
 
 /* The friction of a collision of which the file gives none. */

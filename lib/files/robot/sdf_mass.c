@@ -7,6 +7,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/sdf.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -164,6 +165,18 @@ static void set_geometry(kt_sdf *m, const kt_element *geometry, kt_collision *it
     item->pose.rotation = kt_mat3_multiply(item->pose.rotation, kt_triad_from_axis(normal, 2));
 }
 
+/* The arm of torsional friction, m. The pressure of Hertz on a patch of radius a has the moment 3 pi / 16 a mu N. A
+ * surface_radius R in place of a patch_radius is left out: a = sqrt(R x) grows with the depth x then. */
+static double torsion_of(kt_sdf *m, const kt_element *collision, const kt_element *friction) {
+    const kt_element *e = friction != NULL ? kt_xml_child(friction, "torsional") : NULL;
+    const double mu = kt_sdf_number(m, e, "coefficient", 1.0), patch = kt_sdf_number(m, e, "patch_radius", 0.0);
+    if (e == NULL || kt_sdf_flag(m, e, "use_patch_radius", true))
+        return fmax(3.0 / 16.0 * 3.14159265358979323846 * patch * mu, 0.0);
+    if (kt_sdf_number(m, e, "surface_radius", 0.0) > 0.0 && mu > 0.0)
+        kt_left_count(&m->collisions.deepening, collision);
+    return 0.0;
+}
+
 static void add_sdf_contact(kt_sdf *m, const kt_sdf_link *link, const kt_element *e) {
     const kt_element *geometry = kt_xml_child(e, "geometry"), *surface = kt_xml_child(e, "surface");
     const kt_element *friction = surface != NULL ? kt_xml_child(surface, "friction") : NULL;
@@ -175,6 +188,7 @@ static void add_sdf_contact(kt_sdf *m, const kt_sdf_link *link, const kt_element
         const double mu = kt_sdf_number(m, ode, "mu", KT_FRICTION_STANDARD), mu2 = kt_sdf_number(m, ode, "mu2", mu);
         const double drake = kt_friction_of_drake(&m->collisions, e);
         item.friction = drake >= 0.0 ? drake : mu;
+        item.torsion = torsion_of(m, e, friction);
         if (drake < 0.0 && mu2 != mu)
             kt_left_count(&m->collisions.directional, e);
         set_geometry(m, geometry, &item);

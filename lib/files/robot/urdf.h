@@ -112,6 +112,9 @@ void kt_urdf_read_extensions(kt_urdf *u);
 /* The friction of a collision of a link, by Drake, Gazebo or PyBullet; 1 if none of them gives it. */
 double kt_urdf_friction(kt_urdf *u, const kt_urdf_link *link, const kt_element *collision);
 
+/* The arm of rolling or torsional friction, m, which PyBullet gives by an element in <contact>; 0: none. */
+double kt_urdf_arm(kt_urdf *u, const kt_urdf_link *link, const char *name);
+
 /* Adds springs of joints, and forces against the weight of links, after the masses are known. */
 void kt_urdf_extend(kt_urdf *u);
 

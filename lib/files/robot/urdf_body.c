@@ -97,6 +97,8 @@ static void add_urdf_collision(kt_urdf *u, const kt_urdf_link *link, const kt_el
         .element = e, .body = u->draft.bodies.count - 1, .friction = KT_FRICTION_STANDARD, .mask = ~0U};
     if (u->source->options->contacts) {
         item.friction = kt_urdf_friction(u, link, e);
+        item.rolling = kt_urdf_arm(u, link, "rolling_friction");
+        item.torsion = kt_urdf_arm(u, link, "spinning_friction");
         item.pose = kt_urdf_origin(u->r, e, &rotation);
         item.scale = mesh != NULL ? read_scale(u, mesh) : kt_vec3_make(1.0, 1.0, 1.0);
         item.mesh = mesh != NULL ? kt_xml_attribute(mesh, "filename") : NULL;

@@ -5,6 +5,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/urdf.h"
 
+#include <math.h>
 #include <string.h>
 
 /* ---- MuJoCo ------------------------------------------------------------------------------------------------------ */
@@ -125,13 +126,17 @@ void kt_urdf_read_extensions(kt_urdf *u) {
 
 /* ---- friction ---------------------------------------------------------------------------------------------------- */
 
-/* `lateral_friction` in <contact> of a link, by PyBullet. */
-static double pybullet_friction(kt_urdf *u, const kt_urdf_link *link) {
+/* A number in <contact> of a link, by PyBullet; below zero: none. */
+static double read_pybullet(kt_urdf *u, const kt_urdf_link *link, const char *name) {
     const kt_element *contact = kt_xml_child(link->element, "contact");
-    double mu = -1.0;
+    double number = -1.0;
     if (contact != NULL)
-        read_extension(u, contact, "lateral_friction", &mu);
-    return mu;
+        read_extension(u, contact, name, &number);
+    return number;
+}
+
+double kt_urdf_arm(kt_urdf *u, const kt_urdf_link *link, const char *name) {
+    return fmax(read_pybullet(u, link, name), 0.0);
 }
 
 /* As in Gazebo, `mu1` counts before `mu`. It is the friction along one direction, and `mu2` that across it. */
@@ -144,7 +149,7 @@ static double gazebo_friction(kt_urdf *u, const kt_urdf_link *link, const kt_ele
 
 double kt_urdf_friction(kt_urdf *u, const kt_urdf_link *link, const kt_element *collision) {
     const double given[] = {kt_friction_of_drake(&u->collisions, collision), gazebo_friction(u, link, collision),
-                            pybullet_friction(u, link)};
+                            read_pybullet(u, link, "lateral_friction")};
     double mu = -1.0;
     bool differ = false;
     for (size_t i = 0; i < sizeof given / sizeof *given; i++) {

@@ -21,7 +21,7 @@ static const kt_known known[] = {
     {" parent child ", " link "},
     {" inertial geometry mujoco ", " "},
     {" compiler ", " balanceinertia inertiafromgeom boundmass boundinertia settotalmass "},
-    {" mass mu mu1 mu2 lateral_friction drake:mu_static drake:mu_dynamic static "
+    {" mass mu mu1 mu2 lateral_friction rolling_friction spinning_friction drake:mu_static drake:mu_dynamic static "
      "kinematic enable_wind gravity "
      "turnGravityOff springStiffness springReference ",
      " value "},
@@ -52,7 +52,7 @@ static const kt_known_list all_known = {
                 "autolimits convexhull usethread timestep integrator solver "
                 "iterations tolerance cone impratio jacobian size contact_cfm contact_erp stiffness "
                 "damping friction_anchor inertia_scaling " KT_COMPLIANCE_OF_DRAKE,
-    .moving = " plugin rolling_friction spinning_friction torsional bullet slip1 slip2 restitution bounce "
+    .moving = " plugin torsional bullet slip1 slip2 restitution bounce "
               "dampingFactor velocity_decay "
               "density viscosity wind flag "
               "loop_joint force_element joint:hinge joint:slider " KT_MOVING_OF_DRAKE};

@@ -11,10 +11,13 @@
  *
  * Friction opposes the tangential part of s, and is smooth in s_t:
  *     T = -mu N tanh(|s_t| / v0) s_t / |s_t|
- * Below v0 (`slip`), friction acts as a damper mu N / v0. Under a load T < mu N a body creeps at v0 artanh(T / (mu
- * N)) instead of
- * resting. Friction acts in l, not in the centre, and so makes a ball roll. The inelastic part of the power is
- *     dissipated = -P - dV/dt = (N - k x^m) dx/dt + |T| |s_t| >= 0.
+ * Below v0 (`slip`) it is a damper mu N / v0. Under a load T < mu N a body creeps at v0 artanh(T / (mu N)) instead of
+ * resting. Friction acts in l, not in the centre, and so makes a ball roll. Rolling and torsional friction are moments
+ * against the angular velocity w = w1 - w2, with the arms a (`rolling`) and b (`torsion`), smooth below w0 (`turn`):
+ *     M = -N (a tanh(|w_t| / w0) w_t / |w_t| + b tanh(|w_n| / w0) w_n / |w_n|)
+ * A rolling ball needs a force of a N / r, and a wheel stops after v^2 / (2 g) (1 + i^2 / r^2) r / a, with its radius
+ * of inertia i. The inelastic part of the power is
+ *     dissipated = -P - dV/dt = (N - k x^m) dx/dt + |T| |s_t| + |M . w| >= 0.
  *
  * A disc (an axle a) touches with KT_RIM_POINTS points of its rim, in the directions cos u d + sin u e for the lowest
  * direction d = e x a and the level direction e = n x a / |n x a|. The points keep these directions while the disc
@@ -47,11 +50,32 @@ static inline kt_triple end_point_velocity(const kt_effect_frame *end, kt_triple
     return kt_triple_add(end->velocity, kt_triple_cross(end->omega, arm));
 }
 
+/* A share g of moments of friction against a turn: tanh(w / w0) / w */
+static inline kt_real share_of_turn(const kt_effect_record *effect, kt_real w) {
+    const kt_real ratio = w / effect->turn;
+    return KT_CHOOSE(kt_value(ratio) > 0.0, kt_tanh(ratio) / ratio, kt_real_of(1.0)) / effect->turn;
+}
+
 /* What a contact does in one point: the wrenches on both ends, and the parts of the power. */
 typedef struct contact_load {
     kt_effect_wrench wrench[2];
     kt_real energy, dissipated;
 } contact_load;
+
+/* Adds rolling and torsional friction of a normal force. */
+static inline void add_turning(const kt_effect_record *effect, const kt_effect_frame *end, kt_triple n, kt_real normal,
+                               kt_condition touches, contact_load *to) {
+    const kt_triple w = kt_triple_sub(end[0].omega, end[1].omega);
+    const kt_real spin = kt_triple_dot(n, w);
+    const kt_triple roll = kt_triple_sub(w, kt_triple_scale(spin, n));
+    const kt_real speed = KT_CHOOSE(touches, kt_triple_norm(roll), kt_real_of(0.0));
+    const kt_real rolling = effect->rolling * normal * share_of_turn(effect, speed);
+    const kt_real turning = effect->torsion * normal * share_of_turn(effect, kt_abs(spin));
+    const kt_triple moment = kt_triple_add(kt_triple_scale(rolling, roll), kt_triple_scale(turning * spin, n));
+    to->wrench[0].moment = kt_triple_sub(to->wrench[0].moment, moment);
+    to->wrench[1].moment = kt_triple_add(to->wrench[1].moment, moment);
+    to->dissipated = to->dissipated + rolling * speed * speed + turning * spin * spin;
+}
 
 /* The contact in a point at `down` from the first end, x deep; `touches` are the lanes in which it is. */
 static contact_load load_in_point(const kt_effect_record *effect, const kt_effect_frame *end, kt_triple from_plane,
@@ -68,10 +92,13 @@ static contact_load load_in_point(const kt_effect_record *effect, const kt_effec
                         KT_CHOOSE(kt_value(ratio) > 0.0, kt_tanh(ratio) / ratio, kt_real_of(1.0));
     const kt_triple force = kt_triple_sub(kt_triple_scale(normal, n), kt_triple_scale(rub, across));
     const kt_triple back = kt_triple_scale(kt_real_of(-1.0), force);
-    return (contact_load){.wrench = {{.moment = kt_triple_cross(down, force), .force = force},
-                                     {.moment = kt_triple_cross(arm, back), .force = back}},
-                          .energy = elastic * depth / (effect->exponent + 1.0),
-                          .dissipated = (normal - elastic) * deeper + rub * speed * speed};
+    contact_load load = {.wrench = {{.moment = kt_triple_cross(down, force), .force = force},
+                                    {.moment = kt_triple_cross(arm, back), .force = back}},
+                         .energy = elastic * depth / (effect->exponent + 1.0),
+                         .dissipated = (normal - elastic) * deeper + rub * speed * speed};
+    if (effect->rolling > 0.0 || effect->torsion > 0.0)
+        add_turning(effect, end, n, normal, touches, &load);
+    return load;
 }
 
 /* Sums the points of a disc's rim. */
@@ -127,7 +154,8 @@ static void contact_wrench(const kt_effect_record *effect, const double *numbers
 }
 
 static kt_energetics contact_energetics(const kt_effect_record *effect) {
-    return kt_energetics_of(effect->dissipation > 0.0 || effect->friction > 0.0);
+    return kt_energetics_of(effect->dissipation > 0.0 || effect->friction > 0.0 || effect->rolling > 0.0 ||
+                            effect->torsion > 0.0);
 }
 
 #if KT_IS_OF_VALUES
@@ -162,6 +190,38 @@ static contact_state contact_state_of(const kt_effect_record *effect, const kt_e
     return c;
 }
 
+/* A moment of friction against a turn w of speed u, with the arm `arm`: -N h(u) w, h = arm tanh(u / w0) / u. */
+typedef struct contact_turn {
+    kt_vec3 w;
+    double u, h, slope; /* slope = h' / u */
+} contact_turn;
+
+static contact_turn turn_of(const kt_effect_record *effect, kt_vec3 w, double arm) {
+    const double u = kt_vec3_norm(w), ratio = u / effect->turn, sign = tanh(ratio),
+                 share = ratio > 0.0 ? sign / ratio : 1.0, h = arm / effect->turn;
+    return (contact_turn){
+        .w = w, .u = u, .h = h * share, .slope = ratio > 0.0 ? h * (1.0 - sign * sign - share) / (u * u) : 0.0};
+}
+
+/* The change of N h(u) w, for changes of N and w. */
+static kt_vec3 change_of_turn(const contact_turn *t, double n, double normal, kt_vec3 w) {
+    const kt_vec3 along = kt_vec3_scale(n * t->h + normal * t->slope * kt_vec3_dot(t->w, w), t->w);
+    return kt_vec3_add(along, kt_vec3_scale(normal * t->h, w));
+}
+
+/* The change of the moment of rolling and torsional friction on the plane's body, N (h(u_t) w_t + h(u_n) w_n). */
+static kt_vec3 change_of_turning(const kt_effect_record *effect, const kt_effect_end *end, const contact_state *c,
+                                 const change *by, kt_vec3 n, double normal) {
+    const kt_vec3 w = kt_vec3_sub(end[0].omega, end[1].omega), changed = kt_vec3_scale(-1.0, by->omega);
+    const double spin = kt_vec3_dot(c->n, w), faster = kt_vec3_dot(c->n, changed) + kt_vec3_dot(n, w);
+    const kt_vec3 about = kt_vec3_scale(spin, c->n);
+    const kt_vec3 turned = kt_vec3_add(kt_vec3_scale(faster, c->n), kt_vec3_scale(spin, n));
+    const contact_turn rolls = turn_of(effect, kt_vec3_sub(w, about), effect->rolling);
+    const contact_turn turns = turn_of(effect, about, effect->torsion);
+    return kt_vec3_add(change_of_turn(&rolls, normal, c->normal, kt_vec3_sub(changed, turned)),
+                       change_of_turn(&turns, normal, c->normal, turned));
+}
+
 /* The change of the wrench on the plane's body: each line is the derivative of the line of contact_wrench with the
  * same quantity. */
 static kt_wrench change_of_wrench(const kt_effect_record *effect, const kt_effect_end *end, const contact_state *c,
@@ -180,8 +240,10 @@ static kt_wrench change_of_wrench(const kt_effect_record *effect, const kt_effec
     const kt_vec3 pressing = kt_vec3_add(kt_vec3_scale(normal, c->n), kt_vec3_scale(c->normal, n));
     const kt_vec3 rubbing = kt_vec3_add(kt_vec3_scale(rub, c->across), kt_vec3_scale(c->rub * c->normal, across));
     const kt_vec3 force = kt_vec3_sub(rubbing, pressing);
-    return (kt_wrench){.moment = kt_vec3_sub(kt_vec3_cross(c->arm, force), kt_vec3_cross(arm, c->force)),
-                       .force = force};
+    kt_vec3 moment = kt_vec3_sub(kt_vec3_cross(c->arm, force), kt_vec3_cross(arm, c->force));
+    if (effect->rolling > 0.0 || effect->torsion > 0.0)
+        moment = kt_vec3_add(moment, change_of_turning(effect, end, c, by, n, normal));
+    return (kt_wrench){.moment = moment, .force = force};
 }
 
 static void contact_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
@@ -194,6 +256,13 @@ static void contact_jacobian(const kt_effect_record *effect, const double *numbe
     const contact_state c = contact_state_of(effect, end, x);
     jacobian->force = kt_vec3_scale(-1.0, c.force);
     jacobian->moment = kt_vec3_cross(c.arm, jacobian->force);
+    if (effect->rolling > 0.0 || effect->torsion > 0.0) {
+        const kt_vec3 w = kt_vec3_sub(end[0].omega, end[1].omega), about = kt_vec3_scale(kt_vec3_dot(c.n, w), c.n);
+        const contact_turn rolls = turn_of(effect, kt_vec3_sub(w, about), effect->rolling);
+        const contact_turn turns = turn_of(effect, about, effect->torsion);
+        const kt_vec3 moment = kt_vec3_add(kt_vec3_scale(rolls.h, rolls.w), kt_vec3_scale(turns.h, turns.w));
+        jacobian->moment = kt_vec3_add(jacobian->moment, kt_vec3_scale(c.normal, moment));
+    }
     const kt_vec3 none = {0.0, 0.0, 0.0}, direction[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     kt_wrench by[4][3];
     for (int k = 0; k < 3; k++) {
@@ -272,13 +341,20 @@ static const kt_key keys[] = {
      .range = KT_RANGE_NOT_NEGATIVE},
     {"slip", KT_KEY_NUMBER, KT_EFFECT_AT(slip), "m/s",
      "v0, the speed of slip over which friction of an elastic contact builds up", .range = KT_RANGE_POSITIVE},
+    {"rolling", KT_KEY_NUMBER, KT_EFFECT_AT(rolling), "m",
+     "a, the arm of rolling friction of an elastic contact: a N is its moment", .range = KT_RANGE_NOT_NEGATIVE},
+    {"torsion", KT_KEY_NUMBER, KT_EFFECT_AT(torsion), "m",
+     "b, the arm of friction against a spin about the normal, of an elastic contact", .range = KT_RANGE_NOT_NEGATIVE},
+    {"turn", KT_KEY_NUMBER, KT_EFFECT_AT(turn), "rad/s",
+     "w0, the angular velocity over which rolling and torsional friction build up", .range = KT_RANGE_POSITIVE},
     KT_HARD_KEYS("e: the contact is hard; a point that arrives at -w leaves at e w (Newton's rule)")};
 const kt_descriptor kt_effect_contact_descriptor = {
     .name = "contact",
     .help = "contact of a sphere or a disc with a half-space (Hunt and Crossley), with friction",
     .formula =
         "x > 0:  normal force = k x^m max(0, 1 + 3/2 c x'),  friction = mu tanh(|s| / v0) times that, against s\n"
-        "x: depth of the lowest point;  s: slip velocity there",
+        "moments a tanh(|w_t| / w0) and b tanh(|w_n| / w0) times that, against the relative angular velocity w\n"
+        "x: depth of the lowest point;  s: slip velocity there;  w_n: along the normal",
     .example = "bodies:\n"
                "  - name: ball\n"
                "    joint:\n"

@@ -44,6 +44,11 @@ void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const ch
         reject_elastic(checker, "damping", effect->damping, what);
     else
         reject_elastic(checker, "dissipation", effect->dissipation, what);
+    if (!is_limit && (effect->rolling > 0.0 || effect->torsion > 0.0))
+        kt_checker_fault(checker, effect->rolling > 0.0 ? "rolling" : "torsion", -1,
+                         "a hard contact has no rolling or torsional friction; give a stiffness in place of the "
+                         "restitution, or leave %s out",
+                         effect->rolling > 0.0 ? "`rolling`" : "`torsion`");
     if (!is_limit && effect->slip != kt_effect_default().slip)
         kt_checker_fault(checker, "slip", -1, "friction of a hard contact is not smoothed; leave `slip` out");
 }

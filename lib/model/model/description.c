@@ -40,6 +40,7 @@ kt_effect kt_effect_default(void) {
                        .limit = (double)INFINITY,
                        .exponent = 1.5,
                        .slip = 1e-3,
+                       .turn = 1e-2,
                        .restitution = (double)INFINITY,
                        .rest_velocity = 1e-6,
                        .axis = axis_z};

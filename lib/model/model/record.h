@@ -269,7 +269,10 @@ typedef struct kt_island {
     X(exponent)                                                                                                        \
     X(dissipation)                                                                                                     \
     X(friction)                                                                                                        \
-    X(slip)
+    X(slip)                                                                                                            \
+    X(rolling)                                                                                                         \
+    X(torsion)                                                                                                         \
+    X(turn)
 
 /* The relative coordinate of a loop (constraint/relative_coordinate.h). */
 typedef struct kt_relative_record {

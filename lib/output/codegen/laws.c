@@ -201,7 +201,7 @@ static kt_op3 velocity_at(kt_graph *g, const code_end *end, kt_op3 arm) {
 
 /* The numbers of a contact, and its normal. */
 typedef struct code_contact {
-    kt_op radius, stiffness, exponent, loss, friction, slip;
+    kt_op radius, stiffness, exponent, loss, friction, slip, rolling, torsion, turn;
     kt_op3 n, apart; /* apart: from the plane's point to the centre */
 } code_contact;
 
@@ -217,6 +217,11 @@ static code_contact numbers_of_contact(const code_effect *e) {
     c.friction = law_number_of(e, "friction", "coefficient", r->friction);
     c.slip = law_number_of(e, "slip", "m/s", r->slip);
     c.apart = kt_op3_subtract(g, e->end[0].point, e->end[1].point);
+    if (r->rolling > 0.0 || r->torsion > 0.0) {
+        c.rolling = law_number_of(e, "rolling", "m", r->rolling);
+        c.torsion = law_number_of(e, "torsion", "m", r->torsion);
+        c.turn = law_number_of(e, "turn", "rad/s", r->turn);
+    }
     return c;
 }
 
@@ -229,9 +234,22 @@ static kt_op rub_of_contact(const code_effect *e, kt_op most, kt_op scale, kt_op
     return kt_op_multiply(g, kt_op_divide(g, most, scale), share);
 }
 
+/* Rolling and torsional friction of a normal force, as a moment on the first end. */
+static kt_op3 turning_of_contact(const code_effect *e, const code_contact *c, kt_op normal) {
+    kt_graph *g = graph_of(e);
+    const kt_op3 w = kt_op3_subtract(g, e->end[0].omega, e->end[1].omega);
+    const kt_op spin = kt_op3_dot(g, c->n, w), speed = kt_op_call(g, KT_OP_ABS, spin, -1);
+    const kt_op3 about = kt_op3_scale(g, spin, c->n), roll = kt_op3_subtract(g, w, about);
+    const kt_op rolls = kt_op_multiply(g, c->rolling, normal), turns = kt_op_multiply(g, c->torsion, normal);
+    const kt_op rolling = rub_of_contact(e, rolls, c->turn, kt_op3_length(g, roll));
+    const kt_op turning = rub_of_contact(e, turns, c->turn, speed);
+    return negative_of(g, kt_op3_combine(g, rolling, roll, turning, about));
+}
+
 /* Adds the contact in a point at `down` from the first end, x deep if x is positive. */
 static void contact_in_point(code_effect *e, const code_contact *c, kt_op3 down, kt_op x) {
     kt_graph *g = graph_of(e);
+    const kt_effect_record *r = e->record;
     const kt_op zero = constant(e, 0.0), depth = kt_op_choose(g, x, x, zero);
     const kt_op3 arm = kt_op3_add(g, c->apart, down);
     const kt_op3 plane = velocity_at(g, &e->end[1], arm);
@@ -242,15 +260,19 @@ static void contact_in_point(code_effect *e, const code_contact *c, kt_op3 down,
     const kt_op gain = kt_op_add(g, constant(e, 1.0), more);
     const kt_op normal = kt_op_multiply(g, elastic, kt_op_choose(g, gain, gain, zero));
     const kt_op3 across = kt_op3_add(g, s, kt_op3_scale(g, deeper, c->n));
-    const kt_op most = kt_op_multiply(g, c->friction, normal), speed = kt_op3_length(g, across);
-    const kt_op rub = rub_of_contact(e, most, c->slip, speed);
-    const kt_op3 pressure = kt_op3_scale(g, normal, c->n), friction = kt_op3_scale(g, rub, across);
-    const kt_op3 force = kt_op3_subtract(g, pressure, friction);
+    const kt_op speed = kt_op3_length(g, across), most = kt_op_multiply(g, c->friction, normal);
+    const kt_op3 friction = kt_op3_scale(g, rub_of_contact(e, most, c->slip, speed), across);
+    const kt_op3 force = kt_op3_subtract(g, kt_op3_scale(g, normal, c->n), friction);
     const kt_op3 back = negative_of(g, force);
     e->force[0] = kt_op3_add(g, e->force[0], force);
     e->force[1] = kt_op3_add(g, e->force[1], back);
     e->moment[0] = kt_op3_add(g, e->moment[0], kt_op3_cross(g, down, force));
     e->moment[1] = kt_op3_add(g, e->moment[1], kt_op3_cross(g, arm, back));
+    if (r->rolling > 0.0 || r->torsion > 0.0) {
+        const kt_op3 moment = turning_of_contact(e, c, normal);
+        e->moment[0] = kt_op3_add(g, e->moment[0], moment);
+        e->moment[1] = kt_op3_subtract(g, e->moment[1], moment);
+    }
 }
 
 /* The points of a disc's rim (effect/effect_contact.c). */
@@ -261,8 +283,7 @@ static void contact_on_rim(code_effect *e, const code_contact *c) {
                  fixed = {{disc->row[0].x[1], disc->row[1].x[1], disc->row[2].x[1]}};
     const kt_op3 tilt = kt_op3_cross(g, c->n, axle);
     const kt_op s = kt_op3_length(g, tilt), leans = kt_op_subtract(g, s, constant(e, KT_RIM_FLAT));
-    const kt_op one = constant(e, 1.0), divisor = kt_op_choose(g, leans, s, one);
-    const kt_op per_s = kt_op_divide(g, one, divisor);
+    const kt_op one = constant(e, 1.0), per_s = kt_op_divide(g, one, kt_op_choose(g, leans, s, one));
     const kt_op3 across = choose_vector(g, leans, kt_op3_scale(g, per_s, tilt), fixed);
     const kt_op3 lowest = kt_op3_cross(g, across, axle);
     for (int i = 0; i < KT_RIM_POINTS; i++) {
@@ -277,13 +298,12 @@ static void contact_between(code_effect *e) {
     kt_graph *g = graph_of(e);
     const code_contact c = numbers_of_contact(e);
     e->force[0] = e->force[1] = e->moment[0] = e->moment[1] = kt_op3_zero(g);
-    if (e->record->disc)
+    if (e->record->disc) {
         contact_on_rim(e, &c);
-    else {
-        const kt_op3 down = kt_op3_scale(g, kt_op_negate(g, c.radius), c.n);
-        const kt_op depth = kt_op_subtract(g, c.radius, kt_op3_dot(g, c.n, c.apart));
-        contact_in_point(e, &c, down, depth);
+        return;
     }
+    const kt_op x = kt_op_subtract(g, c.radius, kt_op3_dot(g, c.n, c.apart));
+    contact_in_point(e, &c, kt_op3_scale(g, kt_op_negate(g, c.radius), c.n), x);
 }
 
 /* Three numbers KEY_1 and so on, which multiply a vector. */
