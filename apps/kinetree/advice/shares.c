@@ -32,9 +32,9 @@ void kt_shares_free(kt_shares *shares) {
 void kt_watch_shares(kt_outcome *outcome, const kt_record *record) {
     kt_shares *shares = &outcome->shares;
     kt_data *data = NULL;
-    kt_reaction_share *now = shares->of + shares->bodies + shares->loops;
     if (shares->of == NULL || record->model == shares->seen)
         return;
+    kt_reaction_share *now = shares->of + shares->bodies + shares->loops;
     shares->seen = record->model;
     if (kt_data_create(record->model, &data, NULL) == KT_OK &&
         kt_reaction_shares(record->model, data, record->t, record->q, now, now + shares->bodies, NULL) == KT_OK)

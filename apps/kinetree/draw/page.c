@@ -383,6 +383,7 @@ int kt_drawing_write(const kt_drawing *drawing, const char *path) {
     return fine ? code : KT_EXIT_INTEGRATION;
 }
 
+/* NOLINTNEXTLINE(readability-non-const-parameter): the sheets write it */
 char *kt_drawing_frame(const kt_drawing *drawing, int state, kt_path_layer layer, uint64_t *order) {
     bool fine = true;
     const page p = {drawing, state, layer, lay_out_page(drawing), &fine, order};

@@ -62,7 +62,9 @@ void kt_put_text(kt_json_writer *out, const char *key, const char *text) {
         kt_put_null(out, key);
         return;
     }
-    const kt_shown shown = kt_utf8_is_valid(text, strlen(text), &offset) ? (kt_shown){""} : kt_show(text);
+    kt_shown shown = {""};
+    if (!kt_utf8_is_valid(text, strlen(text), &offset))
+        shown = kt_show(text);
     put_key(out, key);
     kt_bytes_add(out, "\"", 1);
     for (const char *c = shown.text[0] != '\0' ? shown.text : text; *c != '\0'; c++)

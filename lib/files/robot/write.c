@@ -27,6 +27,14 @@ static bool end_is_origin(const kt_end *end) {
     return end->marker == NULL && at.x == 0.0 && at.y == 0.0 && at.z == 0.0 && end->rotation.type == KT_ROTATION_NONE;
 }
 
+static bool are_same_vectors(kt_vec3 a, kt_vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+
+static bool are_same_poses(const kt_pose *a, const kt_pose *b) {
+    const kt_mat3 *r = &a->rotation, *s = &b->rotation;
+    return are_same_vectors(a->position, b->position) && are_same_vectors(r->x, s->x) && are_same_vectors(r->y, s->y) &&
+           are_same_vectors(r->z, s->z);
+}
+
 /* The stiffness and damping of a ball or free joint, which MJCF has for all axes at once: those of a bushing between
  * the body and its parent that acts alike along and about all axes. A free joint has a damping alone. */
 static bool take_bushing(kt_export *x, const kt_effect *e) {
@@ -36,10 +44,9 @@ static bool take_bushing(kt_export *x, const kt_effect *e) {
         kt_export_find(x, e->between[0].body) != x->parent[body])
         return false;
     const kt_pose rest = kt_export_end(x, &e->between[0]), frame = {kt_mat3_of_rotation(&joint->rotation), joint->at};
-    const double none[3] = {0.0, 0.0, 0.0};
-    const bool turns = memcmp(e->stiffnesses, none, sizeof none) == 0 && memcmp(e->dampings, none, sizeof none) == 0 &&
-                       are_equal(e->stiffnesses + 3, 3) && are_equal(e->dampings + 3, 3) &&
-                       (e->stiffnesses[3] == 0.0 || memcmp(&rest, &frame, sizeof rest) == 0);
+    const bool turns = are_equal(e->stiffnesses, 3) && e->stiffnesses[0] == 0.0 && are_equal(e->dampings, 3) &&
+                       e->dampings[0] == 0.0 && are_equal(e->stiffnesses + 3, 3) && are_equal(e->dampings + 3, 3) &&
+                       (e->stiffnesses[3] == 0.0 || are_same_poses(&rest, &frame));
     const bool moves = are_equal(e->dampings, 6) && are_equal(e->stiffnesses, 6) && e->stiffnesses[0] == 0.0;
     if (!(joint->type == KT_JOINT_SPHERICAL && turns) &&
         !(joint->type == KT_JOINT_FREE && moves && !kt_export_is_deep(x, body)))
