@@ -40,7 +40,7 @@ static bool are_nonnegative(const double *x, int n) {
 
 kt_cone_result kt_cone_solve(kt_cone *cone, const kt_cone_problem *problem, double *p) {
     assert(problem->n >= 0 && (problem->blocks != NULL || problem->n <= cone->most));
-    assert(problem->n == 0 || (problem->W == NULL) == (problem->blocks != NULL));
+    assert(problem->n == 0 || problem->W != NULL || problem->blocks != NULL);
     assert(are_nonnegative(problem->mu, problem->n) && are_nonnegative(problem->least, problem->n));
     assert(problem->gain >= 0.0 && problem->enough >= 0.0);
     return problem->blocks == NULL ? kt_cone_cascade(cone, problem, p) : kt_cone_solve_members(cone, problem, p);

@@ -442,7 +442,7 @@ static bool solve_loosely(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_s
 
 bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent, kt_coulomb_solution *solution,
                       uint64_t *steps) {
-    assert(c->n >= 0 && c->rows >= c->n && (c->W != NULL) != (c->entry != NULL));
+    assert(c->n >= 0 && c->rows >= c->n && (c->n == 0 || c->W != NULL || c->entry != NULL));
     assert(solution != solver->other && solution != solver->next && solution != solver->best);
     kt_coulomb_solution *other = solver->other;
     solution->count = other->count = 0;

@@ -418,7 +418,6 @@ size_t kt_integrator_blamed(const kt_integrator *it) { return it->blamed; }
 /* ---- a step in parts --------------------------------------------------------------------------------------------- */
 
 kt_status kt_attempt_begin(kt_integrator *it, double t_limit, kt_attempt *a, kt_error *error) {
-    assert(it->started && !isnan(t_limit));
     it->blamed = it->sizes.n;
     *a = (kt_attempt){.t_limit = t_limit, .plan = {.interval = {.t = it->memory.t, .y = it->y}}};
     kt_status status = it->tries_end > 0 ? count_try(it, error) : KT_OK;
@@ -446,7 +445,6 @@ kt_status kt_attempt_end(kt_integrator *it, kt_attempt *a, kt_try *r, bool *agai
 }
 
 kt_status kt_integrator_take_step(kt_integrator *it, double t_limit, kt_error *error) {
-    assert(it->started && !isnan(t_limit));
     if (isnan(t_limit) || t_limit == it->memory.t)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_integrator_step",
                             "t_limit is %s; it must lie before or behind the current time, or be infinite",
