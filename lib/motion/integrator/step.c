@@ -8,7 +8,6 @@
 #include "base/where.h"
 #include "integrator/integrator.h"
 
-#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
