@@ -1,4 +1,4 @@
-/* What the C library of WebAssembly lacks, and the connection to the page.
+/* Functions that the C library of WebAssembly lacks, and the connection to the page.
  *
  * The resource of an FMU is a file. A page has no files, so that kt_page_resource stands for the only one: the linker
  * replaces fopen (--wrap=fopen).

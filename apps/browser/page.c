@@ -23,7 +23,7 @@
 
 enum { SETTINGS_MAX = 256 };
 
-/* What the controls choose in place of the scene's method; NaN and "": the scene's. */
+/* The method and its numbers that the controls choose. NaN and "" stand for those of the scene. */
 typedef struct kt_page_choice {
     char integrator[64];
     double step, tolerance, duration;

@@ -539,9 +539,10 @@ KT_API void kt_energy_watch_add(kt_energy_watch *watch, const kt_record *record)
  * on turning points, at which the kinetic energy is nearly zero. Does nothing before the first record. O(1). */
 KT_API void kt_energy_watch_step(kt_energy_watch *watch, double kinetic, double potential);
 
-/* In turn: the energy scale, J; the largest error divided by it, 0 if the error is unknown, or below rounding (1e-12 of
- * the largest energy, or 1e-20 J). */
+/* Returns the energy scale, J. */
 KT_API double kt_energy_watch_scale(const kt_energy_watch *watch);
+/* Returns the largest error divided by the energy scale. The error is 0 if it is unknown, or if rounding explains it:
+ * below 1e-12 of the largest energy, or below 1e-20 J. */
 KT_API double kt_energy_watch_error(const kt_energy_watch *watch);
 /* Returns whether a mechanism that cannot gain energy has gained KT_ENERGY_BLOW_UP times its scale, more than its
  * energy at the start, and more than 1e-20 J, which is rounding. In the first steps from rest, before the potential

@@ -31,7 +31,7 @@ bool kt_is_held(const kt_outcome *outcome) {
     return moved->steps > 0 && moved->position <= creep && moved->velocity <= CREEP_SPEED * absolute;
 }
 
-/* What gravity does to the coordinates. With M_ii the inertia that coordinate i moves, and the Cauchy-Schwarz
+/* The action of gravity on the coordinates. With M_ii the inertia that coordinate i moves, and the Cauchy-Schwarz
  * inequality over the bodies, the joint force of gravity is at most
  *     |Q_i| = |sum m_b g'J_bi| <= g sqrt(m M_ii),   m = sum m_b,
  * in all units, and it accelerates the coordinate by at most g sqrt(m / M_ii). Forces far below their bound are

@@ -310,9 +310,9 @@ void kt_warn_of_frames(kt_outcome *outcome, const struct kt_motion *motion);
 /* Warns, once for each event, if an event has happened at a jump of atan2 in its formula. */
 void kt_watch_event_jump(kt_outcome *outcome, const kt_record *record);
 
-/* Watches, and after the run warns of reactions that are recorded or read, and that the model does not determine:
- * redundant loops share them, or a coupling loads no bearing. kt_shares_begin returns false if memory is insufficient.
- */
+/* Watches reactions that are recorded or read, and warns after the run of those that the model does not determine:
+ * redundant loops share a reaction, or a coupling loads no bearing. kt_shares_begin returns false if memory is
+ * insufficient. */
 bool kt_shares_begin(kt_shares *shares, const kt_model *model);
 void kt_watch_shares(kt_outcome *outcome, const kt_record *record);
 void kt_warn_of_shares(kt_outcome *outcome);

@@ -1,4 +1,4 @@
-/* What a live page has besides the motion: the scene in flow style, and the engine for browsers. */
+/* A live page contains the scene in flow style and the engine for browsers, beside the motion. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_VIEW_LIVE_H
 #define KT_COMMAND_VIEW_LIVE_H
