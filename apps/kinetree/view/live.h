@@ -1,4 +1,4 @@
-/* A live page contains the scene in flow style and the engine for browsers, beside the motion. */
+/* A live page contains a scene in flow style, the engine for browsers, and the motion. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_VIEW_LIVE_H
 #define KT_COMMAND_VIEW_LIVE_H
