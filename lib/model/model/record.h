@@ -115,6 +115,7 @@ typedef struct kt_loop_record {
     int32_t source;  /* index in the description */
     int32_t body[2]; /* on which the ends are */
     int32_t link[2]; /* on which the ends are; of relations: the first joint's, and 0 */
+    bool counted;    /* wheels: joints count the turns of the ends; here, as every evaluation reads it */
     kt_pose
         frame[2]; /* ends in their links' frames, z along `axis`; if the type has an axis2, the second's z along that */
     kt_vec3 origin;           /* positions on the paths are relative to it; in the ancestor's frame */
@@ -151,8 +152,7 @@ typedef struct kt_loop_record {
     double period;     /* after which residuals repeat; 0: never */
     double slope[3];   /* parting, axial and tangential force of teeth for each unit of the multiplier */
     double tension;
-    size_t turn;  /* where the signs with which the joints on both paths count turns begin among the numbers */
-    bool counted; /* joints count the turns of its ends */
+    size_t turn; /* where the signs with which the joints on both paths count turns begin among the numbers */
 
     uint32_t name;                     /* offset in the model's text */
     bool comes;                        /* it is off at first, and is switched on later */
