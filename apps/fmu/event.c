@@ -10,7 +10,7 @@
 #include "instance.h"
 
 #include "algebra/elementary.h"
-#include "simulation/simulation.h"
+#include "simulation/event_root.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -44,8 +44,7 @@ kt_status kt_fmu_indicate(kt_fmu *fmu, int k, double *value, kt_error *error) {
     kt_status status = kt_fmu_show_signals(fmu, error);
     if (status == KT_OK)
         status = kt_simulation_set_torque(simulation, fmu->torque, error);
-    return status == KT_OK ? simulation->watch->value(simulation, (size_t)k, t, kt_fmu_state(fmu), value, error)
-                           : status;
+    return status == KT_OK ? kt_event_evaluate(simulation, (size_t)k, t, kt_fmu_state(fmu), value, error) : status;
 }
 
 /* Renews the values and sides of all events, and marks those that are due. With `is_action` none is, and only those

@@ -10,14 +10,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "instance.h"
 
-#include "simulation/step_parts.h"
+#include "simulation/simulation.h"
 
 #include <math.h>
 
 kt_status kt_fmu_fire(kt_fmu *fmu, kt_error *error) {
     kt_status status = kt_simulation_set_torque(fmu->simulation, fmu->torque, error);
     if (status == KT_OK)
-        status = kt_simulation_fire(fmu->simulation, error);
+        status = kt_simulation_fire(fmu->simulation, NULL, NULL, error);
     kt_fmu_change(fmu);
     fmu->is_over = status == KT_OK && kt_simulation_stopped(fmu->simulation) != NULL;
     return status;

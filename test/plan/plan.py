@@ -148,7 +148,7 @@ FOLLOWED = {name: re.sub(r"duration: \S+", f"duration: {duration}", (SCENES / f"
 FOLLOWED.update({"twenty stops": stops(20), "eight corners of a box": box()})
 problems = []
 for name, text in FOLLOWED.items():
-    step, followed = (counted(text, function=f, what="run").instructions for f in ("kt_simulation_take_step", "kt_simulation_reject_leap"))
+    step, followed = (counted(text, function=f, what="run").instructions for f in ("kt_simulation_take_step", "reject_leap"))
     share, most = followed / (step - followed), 0.011 if name == "cart-pole" else 0.01
     note(f"{name}: {followed} of {step} instructions, {100 * share:.2f} %, bound {100 * most:g} %, ratio {share / most:.2f}")
     problems += [f"{name}: {100 * share:.2f} %"] if not 0 < share <= most else []

@@ -6,7 +6,7 @@
  * of all lanes are computed at once, between planning and the decision on acceptance. A lane whose simulation has ended
  * continues with the next simulation. Lanes cannot compute a step of an implicit method, or a stage that fails. The
  * simulation itself tries such a step. Events, gaps and breakpoints are handled lane by lane between tries, by the
- * functions of kt_simulation_take_step (step_parts.h).
+ * phases of kt_simulation_take_step (step/phases.h).
  *
  * Simulations take part if their models agree in all data that the recursions share between lanes (kt_lanes_agree). The
  * others are run one after the other.
@@ -317,7 +317,7 @@ static kt_status hand_over_lane_records(kt_ensemble_lane *l) {
     kt_simulation *s = to->simulation;
     const kt_status status =
         kt_ensemble_shares_now(l) ? KT_OK : kt_simulation_hand_over(s, to->record, to->user, &l->error);
-    return status == KT_OK && s->memory.fires && s->watch ? s->watch->fire(s, to->record, to->user, &l->error) : status;
+    return status == KT_OK ? kt_simulation_fire(s, to->record, to->user, &l->error) : status;
 }
 
 /* Copies the numbers of the lane's model to the lane again, after events or a recorder have changed numbers. Does
@@ -334,8 +334,8 @@ static void renew_numbers(kt_ensemble *e, kt_ensemble_lane *l) {
 
 static kt_status begin_attempt(kt_ensemble_lane *l, kt_error *from) {
     kt_simulation *s = l->member.simulation;
-    kt_simulation_begin_try(s);
-    return kt_attempt_begin(s->integrator, l->t_limit, &l->attempt, from);
+    kt_phase_prepare(s);
+    return kt_attempt_begin(s->integrator, l->progress.t_limit, &l->attempt, from);
 }
 
 /* Begins the next step, as kt_simulation_take_step. */
@@ -345,14 +345,12 @@ static kt_status begin_lane_step(kt_ensemble *e, kt_ensemble_lane *l) {
     if (!kt_ensemble_is_current(l))
         renew_numbers(e, l);
     l->steps = true;
-    l->t_limit = s->duration;
-    l->repetition = 0;
-    kt_status status = kt_simulation_begin_step(s, &l->t_limit, &e->from);
+    kt_status status = kt_phase_enter(s, s->duration, &l->progress, &e->from);
     if (status == KT_OK)
-        status = kt_simulation_begin_watch(s, &e->from);
+        status = kt_phase_begin(s, &e->from);
     if (status == KT_OK)
         status = begin_attempt(l, &e->from);
-    return status == KT_OK ? KT_OK : kt_simulation_end_step(s, status, &e->from, &l->error);
+    return status == KT_OK ? KT_OK : kt_phase_end(s, status, &e->from, &l->error);
 }
 
 /* Accepts or rejects the tried step. A step in which an event happens is repeated up to the event. */
@@ -364,13 +362,13 @@ static kt_status judge_lane_try(kt_ensemble *e, kt_ensemble_lane *l) {
     if (status == KT_OK && again)
         return KT_OK;
     if (status == KT_OK)
-        status = kt_simulation_check_step(s, l->repetition++, &l->t_limit, &again, &e->from);
+        status = kt_phase_check(s, &l->progress, &again, &e->from);
     if (status == KT_OK && again)
         status = begin_attempt(l, &e->from);
     if (status == KT_OK && again)
         return KT_OK;
     l->steps = false;
-    return kt_simulation_end_step(s, status, &e->from, &l->error);
+    return kt_phase_end(s, status, &e->from, &l->error);
 }
 
 /* ---- all lanes --------------------------------------------------------------------------------------------------- */

@@ -5,8 +5,9 @@
 #define KT_BATCH_ENSEMBLE_LANE_H
 
 #include "batch/batch.h"
+#include "integrator/integrator.h"
 #include "kinetree/ensemble.h"
-#include "simulation/step_parts.h"
+#include "simulation/simulation.h"
 
 typedef struct kt_ensemble_counts {
     size_t width, nq, nv, nx, N, body, lane_bytes; /* nx auxiliary states, N = nq + nv + nx */
@@ -19,9 +20,8 @@ typedef struct kt_ensemble_lane {
     uint64_t begun;            /* the model's when the simulation began */
     kt_attempt attempt;
     kt_try tried;
-    bool steps;       /* within a step */
-    double t_limit;   /* where it ends at most */
-    int repetition;   /* how often it was undone */
+    bool steps; /* within a step */
+    kt_step_progress progress;
     bool shares;      /* its records are computed in lanes, too */
     bool holds;       /* the lanes hold the last try of its step: stages and states at both ends */
     kt_record record; /* the next one, where it shares them */

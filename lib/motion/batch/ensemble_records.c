@@ -7,6 +7,7 @@
 #include "batch/ensemble_lane.h"
 
 #include "base/copy.h"
+#include "effect/effect.h"
 
 /* Whether effects have no potential energy. A law in C may fail, so that the record fails, too. */
 static bool store_none(const kt_model *model) {

@@ -119,6 +119,12 @@ typedef struct kt_impact_phase {
 size_t kt_impact_phase_size(size_t n, size_t list);
 kt_impact_phase *kt_impact_phase_init(size_t n, size_t list, void *memory);
 
+/* The tries of a step that failed (simulation/retry.c). */
+typedef struct kt_contact_retry {
+    double t_limit; /* s, the end of the whole step */
+    int attempt;    /* to free a contact that friction wedges, the next one */
+} kt_contact_retry;
+
 struct kt_contacts {
     int n, sides; /* the number of items; the first `sides` items bound a side, the others are friction */
     int islands;  /* of `all` */
@@ -141,20 +147,19 @@ struct kt_contacts {
     kt_coulomb *problem; /* NULL, like the next two: no contact has friction, and all have room */
     kt_coulomb_solution *solution;
     kt_coulomb_solver *solver;
-    double *M, *lemke;    /* in `matrices`: of a linear complementarity problem, and of its solver */
-    bool rubs;            /* some contacts have friction */
-    double window;        /* s, in which impacts accumulate; 0: they do not */
-    bool rests;           /* impacts that accumulate have reached their limit: contacts that touch come to rest */
-    bool jams;            /* friction wedges a contact that slips: an impulse stops it */
-    bool releases, holds; /* likewise: it is released, or all that are held stick */
-    bool present;         /* slow slip has its present directions in reactions, not predicted ones */
-    bool holds_slow;      /* with `holds`: all are held that slip about as fast as `wedged`, or slower */
-    bool frees;           /* contacts that are held at rest may slip, since no reactions hold them */
-    int wedged;           /* this contact */
-    bool strikes;         /* speeds of drives jump: contacts that are closed do not bounce */
-    bool stops;           /* ends of slip accumulate: contacts that slip below their rest velocity come to rest */
-    kt_event_watch watch; /* the event handler, extended for slip that reverses */
-    kt_status (*begin)(kt_simulation *simulation, kt_error *error); /* `begin` of the original handler */
+    double *M, *lemke;      /* in `matrices`: of a linear complementarity problem, and of its solver */
+    bool rubs;              /* some contacts have friction */
+    double window;          /* s, in which impacts accumulate; 0: they do not */
+    bool rests;             /* impacts that accumulate have reached their limit: contacts that touch come to rest */
+    bool jams;              /* friction wedges a contact that slips: an impulse stops it */
+    bool releases, holds;   /* likewise: it is released, or all that are held stick */
+    bool present;           /* slow slip has its present directions in reactions, not predicted ones */
+    bool holds_slow;        /* with `holds`: all are held that slip about as fast as `wedged`, or slower */
+    bool frees;             /* contacts that are held at rest may slip, since no reactions hold them */
+    int wedged;             /* this contact */
+    bool strikes;           /* speeds of drives jump: contacts that are closed do not bounce */
+    bool stops;             /* ends of slip accumulate: contacts that slip below their rest velocity come to rest */
+    kt_contact_retry retry; /* of the present step */
     KT_ARENA_DECLARE(KT_CONTACT_FIELDS)
 };
 
@@ -378,7 +383,7 @@ KT_CHECKED kt_status kt_contacts_spare_held(kt_simulation *simulation, const kt_
  * since their motion is prescribed. */
 KT_CHECKED kt_status kt_contacts_check_rates(kt_simulation *simulation, double t, const double *v, double approach,
                                              kt_status status, kt_error *error);
-/* Checks the multipliers of a record at t (kt_contact_calls.check). */
+/* Checks the multipliers of a record at t (phase `check_record`). */
 KT_CHECKED kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt_error *error);
 /* Sets the error of contacts without impulses, or without reactions (`what`). */
 kt_status kt_contacts_reject(kt_simulation *simulation, double t, const char *what, kt_error *error);
@@ -420,8 +425,10 @@ double kt_contacts_prediction_time(const kt_simulation *simulation, int k, doubl
  * slip against the set direction. This value then counts as zero slip. Returns whether a direction or a value of rest
  * changed. */
 bool kt_contacts_follow_slip(kt_simulation *simulation);
-/* Begins a step: follows slip, and lets slip that turns round its rest come to rest. */
-KT_CHECKED kt_status kt_contacts_begin_step(kt_simulation *simulation, kt_error *error);
+/* Begin a step, before and after the values of events are computed. The first function follows slip, and lets slip that
+ * turns round its rest come to rest. The second function predicts slip with the present normal forces. */
+KT_CHECKED kt_status kt_contacts_begin_slip(kt_simulation *simulation, kt_error *error);
+KT_CHECKED kt_status kt_contacts_begin_prediction(kt_simulation *simulation, kt_error *error);
 
 /* Computes impulses without a collision in the selected island, if no accelerations obey Coulomb's law (Painleve's
  * paradox). The impulses stop or reverse the slip. Returns false if no such impulses exist. Otherwise u and c->v become
@@ -442,8 +449,8 @@ const kt_model *kt_contacts_open_model(kt_simulation *simulation, uint64_t set);
 /* The model of a set with the ranks and the contacts of a checkpoint. NULL: there is no such set. */
 const kt_model *kt_contacts_restored_model(kt_simulation *simulation, uint64_t set, const double *ranks,
                                            const kt_contact_memory *state);
-/* Saves the ranks of the present model for a checkpoint. */
-void kt_contacts_save_ranks(const kt_simulation *simulation, double *ranks);
+/* Writes the ranks of the present model to the persistent state. */
+void kt_contacts_store_ranks(kt_simulation *simulation);
 /* The model of small motions about the present state, in which all contacts that rest are closed (resting.c). a: the
  * accelerations in the present state. The next trial may overwrite the model. */
 const kt_model *kt_contacts_resting_model(kt_simulation *simulation, const double *a);
@@ -452,6 +459,8 @@ bool kt_contact_is_slipping(const kt_simulation *simulation, int k);
 /* The simulation runs on a model that was made during the run. Copies to this model the parameters that were set
  * since. */
 void kt_contacts_renew_model(const kt_simulation *simulation);
+/* The same, unless nothing has been set. Cost: a comparison of two revisions. */
+void kt_contacts_renew(const kt_simulation *simulation);
 
 /* The number of such loops of a model, closed and open. */
 size_t kt_contacts_of(const kt_model *model);

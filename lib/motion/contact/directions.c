@@ -322,10 +322,10 @@ static bool slip_hovers(const kt_simulation *simulation, int k) {
 static kt_status resolve_between(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     c->holds = true;
-    kt_status status = simulation->contact_calls->resolve(simulation, error);
+    kt_status status = kt_phase_settle(simulation, error);
     c->holds = false;
     if (status != KT_OK)
-        status = simulation->contact_calls->resolve(simulation, error);
+        status = kt_phase_settle(simulation, error);
     return status;
 }
 
@@ -389,17 +389,18 @@ static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
 
 /* If directions change, forces in the present state equal the previous forces except for rounding. A simulation that is
  * restored at this point has the same directions. */
-kt_status kt_contacts_begin_step(kt_simulation *simulation, kt_error *error) {
+kt_status kt_contacts_begin_slip(kt_simulation *simulation, kt_error *error) {
     if (kt_contacts_follow_slip(simulation)) {
         kt_integrator_change(simulation->integrator, true);
         simulation->contact_time = simulation->event_time = (double)NAN;
     }
     kt_status status = simulation->memory.retries >= TRIES ? end_hovering(simulation, error) : KT_OK;
-    if (status == KT_OK)
-        status = end_turns(simulation, error);
-    if (status == KT_OK)
-        status = simulation->contacts->begin(simulation, error);
-    if (status == KT_OK && needs_wide_prediction(simulation) && take_loads(simulation))
+    return status == KT_OK ? end_turns(simulation, error) : status;
+}
+
+kt_status kt_contacts_begin_prediction(kt_simulation *simulation, kt_error *error) {
+    (void)error;
+    if (simulation->contacts->rubs && needs_wide_prediction(simulation) && take_loads(simulation))
         kt_integrator_change(simulation->integrator, true);
-    return status;
+    return KT_OK;
 }

@@ -97,7 +97,7 @@ const kt_model *kt_contacts_open_model(kt_simulation *simulation, uint64_t set) 
         return model;
     model = make_mask(simulation, spare(simulation), all, set);
     kt_data_rebind(simulation->model, simulation->data);
-    simulation->contact_calls->follow(simulation);
+    kt_phase_rebind(simulation);
     simulation->cached = KT_CACHED_NOTHING;
     return model;
 }
@@ -116,10 +116,17 @@ const kt_model *kt_contacts_restored_model(kt_simulation *simulation, uint64_t s
     return &mask->model;
 }
 
-void kt_contacts_save_ranks(const kt_simulation *simulation, double *ranks) {
+void kt_contacts_store_ranks(kt_simulation *simulation) {
+    kt_clear(simulation->ranks, simulation->size.ranks);
     if (is_masked(simulation))
         kt_mask_take_ranks(contact_mask_of(simulation, simulation->model != &contact_mask_of(simulation, 0)->model),
-                           ranks);
+                           simulation->ranks);
+}
+
+void kt_contacts_renew(const kt_simulation *simulation) {
+    const kt_model *model = simulation->model;
+    if (model->revision != kt_variants_model(model->variants, 0)->revision)
+        kt_contacts_renew_model(simulation);
 }
 
 void kt_contacts_renew_model(const kt_simulation *simulation) {

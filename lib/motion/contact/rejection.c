@@ -91,7 +91,7 @@ static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) 
         kt_velocity_impact(closed, simulation->data, t, q, simulation->a, NULL, &found) != KT_ERROR_CONSTRAINT ||
         !(violation_of(closed, simulation->data) > left * speed)) {
         kt_data_rebind(model, simulation->data);
-        simulation->contact_calls->follow(simulation);
+        kt_phase_rebind(simulation);
         return false;
     }
     (void)snprintf(what, sizeof what,

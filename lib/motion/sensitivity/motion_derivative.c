@@ -30,8 +30,7 @@
 #include "kinetree/joint.h"
 #include "model/switching.h"
 #include "sensitivity/sensitivity.h"
-#include "simulation/simulation.h"
-#include "simulation/step_parts.h"
+#include "simulation/event_root.h"
 
 #include <math.h>
 
@@ -274,9 +273,9 @@ static kt_status difference_value(motion *m, size_t k, const direction *d, doubl
         const double t = make_neighbour(m, d, offset[i] * s);
         /* The first contact computes the values of all contacts (contact/values.c). */
         if (k > 0 && k < kt_simulation_contact_events(simulation))
-            status = simulation->watch->value(simulation, 0, t, m->y, &first, error);
+            status = kt_event_evaluate(simulation, 0, t, m->y, &first, error);
         if (status == KT_OK)
-            status = simulation->watch->value(simulation, k, t, m->y, &g, error);
+            status = kt_event_evaluate(simulation, k, t, m->y, &g, error);
         if (status == KT_OK) {
             *rate += weight[i] / s * g;
             *size = fmax(*size, fabs(g) / s);
@@ -359,7 +358,7 @@ static kt_status difference_state(motion *m, size_t k, const direction *d, const
         if (status == KT_OK)
             status = move_to_neighbour(m, t, t, error);
         if (status == KT_OK)
-            status = simulation->watch->fire(simulation, NULL, NULL, error);
+            status = kt_simulation_fire(simulation, NULL, NULL, error);
         if (status == KT_ERROR_CONSTRAINT)
             return reject_event(
                 m, k, KT_ERROR_SINGULAR,
@@ -409,7 +408,7 @@ static kt_status find_saltation(motion *m, size_t k, kt_error *error) {
     if (status == KT_OK)
         status = kt_simulation_restore(simulation, m->checkpoint, error);
     if (status == KT_OK)
-        status = simulation->watch->fire(simulation, NULL, NULL, error);
+        status = kt_simulation_fire(simulation, NULL, NULL, error);
     if (status != KT_OK)
         return status;
     const outcome end = outcome_of(simulation);
@@ -444,7 +443,7 @@ static kt_status pass_events(motion *m, kt_error *error) {
         const kt_status back = kt_simulation_restore(simulation, m->checkpoint, status == KT_OK ? error : NULL);
         status = status == KT_OK ? back : status;
     }
-    return status == KT_OK ? simulation->watch->fire(simulation, NULL, NULL, error) : status;
+    return status == KT_OK ? kt_simulation_fire(simulation, NULL, NULL, error) : status;
 }
 
 /* ---- drives whose speed jumps ------------------------------------------------------------------------------------ */
@@ -452,14 +451,14 @@ static kt_status pass_events(motion *m, kt_error *error) {
 /* Returns to the checkpoint, and applies the jumps of drives, from a neighbour or from the motion itself (d: NULL). */
 static kt_status strike_neighbour(motion *m, const direction *d, double s, kt_error *error) {
     kt_simulation *simulation = m->simulation;
-    double unlimited = HUGE_VAL;
+    kt_step_progress progress;
     kt_status status = kt_simulation_restore(simulation, m->checkpoint, error);
     if (status == KT_OK && d != NULL) {
         kt_simulation_recall_breakpoints(simulation);
         const double t = make_neighbour(m, d, s);
         status = move_to_neighbour(m, t, kt_simulation_closing_time(simulation, t), error);
     }
-    return status == KT_OK ? kt_simulation_begin_step(simulation, &unlimited, error) : status;
+    return status == KT_OK ? kt_phase_enter(simulation, HUGE_VAL, &progress, error) : status;
 }
 
 /* The step that was taken began with a jump of m->start, the state of the checkpoint (jump.c). Moves the columns to the

@@ -190,7 +190,8 @@ bool kt_simulation_works_at(kt_simulation *simulation, double t, kt_work *work) 
     return fine;
 }
 
-void kt_simulation_refine_works(kt_simulation *simulation) {
+/* After a step: integrates the powers along the step, if the work done is less accurate than the tolerances require. */
+static void refine_works(kt_simulation *simulation) {
     const double t = kt_integrator_time(simulation->integrator);
     kt_work work;
     simulation->panel->known = simulation->memory.refined = false;
@@ -204,3 +205,12 @@ void kt_simulation_refine_works(kt_simulation *simulation) {
     simulation->memory.factorizations = factorizations;
     simulation->cached = KT_CACHED_NOTHING;
 }
+
+static bool has_panel(const kt_simulation *simulation) { return simulation->size.panel > 0; }
+
+static void resume_panel(kt_simulation *simulation) { simulation->panel->known = false; }
+
+static void forget_panel(kt_simulation *simulation) { simulation->panel->known = simulation->memory.refined = false; }
+
+const kt_part kt_balance_part = {
+    .is_active = has_panel, .forget = forget_panel, .resume = resume_panel, .finish = refine_works};

@@ -303,8 +303,10 @@ static void end_within_piece(const kt_simulation *simulation, double *t_limit) {
         *t_limit = inside;
 }
 
-void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit) {
+/* Reduces the end of the step to the next breakpoint if that comes first. */
+static void limit_to_breakpoint(kt_simulation *simulation, kt_step_progress *progress) {
     kt_breakpoints *c = &simulation->breakpoints;
+    double *t_limit = &progress->t_limit;
     const double margin = margin_at(c->next);
     c->end = (double)NAN;
     if (c->fixed && !c->jumps)
@@ -318,6 +320,17 @@ void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit) {
     if (c->jumps)
         end_at_breakpoint(c, *t_limit, fmin(c->next, *t_limit) - aside(simulation, c->next));
 }
+
+/* Progress of steps towards a breakpoint is judged by the whole motion (kt_integrator.until). */
+static kt_status enter_breakpoints(kt_simulation *simulation, const kt_step_progress *progress, kt_error *error) {
+    simulation->integrator->until = isfinite(progress->t_limit) ? progress->t_limit : 0.0;
+    return kt_simulation_pass_breakpoint(simulation, error);
+}
+
+static bool has_breakpoints(const kt_simulation *simulation) { return simulation->breakpoints.any; }
+
+const kt_part kt_breakpoint_part = {
+    .is_active = has_breakpoints, .enter = enter_breakpoints, .limit = limit_to_breakpoint};
 
 /* ---- after a step of a method that does not see its end ---------------------------------------------------------- */
 
@@ -337,7 +350,9 @@ static bool changes_behind(const kt_curve *curve, const double *numbers, const d
     return false;
 }
 
-bool kt_simulation_reject_missed(kt_simulation *simulation, double *t_limit) {
+/* Repeats a step of half the length if a function of time changes behind the last stage. */
+static kt_status reject_missed_end(kt_simulation *simulation, kt_step_progress *progress, kt_verdict *verdict,
+                                   kt_error *error) {
     static const double last_known = 2.0 / 3.0; /* where the third step of rkc4 begins */
     const kt_model *model = simulation->model;
     const kt_breakpoints *c = &simulation->breakpoints;
@@ -350,12 +365,18 @@ bool kt_simulation_reject_missed(kt_simulation *simulation, double *t_limit) {
         behind = changes_behind(curve_at(model, k), model->number, time, of_effect ? 0 : order_of_curve(model, k));
     }
     const double half = 0.5 * (t1 - t0);
+    (void)error;
     if (!behind || !(half > margin_at(t1)))
-        return false;
-    *t_limit = t0 + half;
+        return KT_OK;
+    progress->t_limit = t0 + half;
     kt_integrator_retreat(simulation->integrator, half);
-    return true;
+    *verdict = KT_VERDICT_REPEAT;
+    return KT_OK;
 }
+
+static bool watches_ends(const kt_simulation *simulation) { return simulation->watches_ends; }
+
+const kt_part kt_missed_end_part = {.is_active = watches_ends, .check = reject_missed_end};
 
 /* ---- of a record, where the step is fixed ------------------------------------------------------------------------ */
 
@@ -401,7 +422,9 @@ static bool breakpoint_is_missed(kt_simulation *simulation, const kt_curve *curv
            !has_stage_between(kt_integrator_method(integrator), t0, t1 - t0, *a, *b);
 }
 
-kt_status kt_simulation_check_breakpoints(kt_simulation *simulation, double t, kt_error *error) {
+/* With fixed steps: rejects a record at t, in the last step, if no stage has sampled a change of a function in this
+ * step. */
+static kt_status check_breakpoints_at(kt_simulation *simulation, double t, kt_error *error) {
     const kt_model *model = simulation->model;
     double a = 0.0, b = 0.0;
     bool missed = false;
@@ -417,3 +440,7 @@ kt_status kt_simulation_check_breakpoints(kt_simulation *simulation, double t, k
         "%.9g s; take a smaller step, or an adaptive method, whose steps end at breakpoints",
         simulation->step, t, a, b);
 }
+
+static bool has_missed_pieces(const kt_simulation *simulation) { return simulation->breakpoints.fixed; }
+
+const kt_part kt_missed_piece_part = {.is_active = has_missed_pieces, .admit = check_breakpoints_at};

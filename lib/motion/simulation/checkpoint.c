@@ -1,9 +1,7 @@
-/* Checkpoints: the memory of the simulation and of its integrator in one flat block.
+/* Checkpoints: the persistent state of the simulation and the memory of its integrator in one flat block.
  *
- * Layout, each part at a multiple of 8 bytes: head, kt_simulation_memory, kt_integrator_memory, y, the y at the
- * beginning of the last step, the history of the method. Torques and wrenches of the last and of the next step follow.
- * With a transformation, the user model's state comes next, then the ranks of a mask. The memories and roots of events
- * come last.
+ * Layout, each part at a multiple of 8 bytes: head, persistent state (kt_simulation_block), kt_integrator_memory, y,
+ * the y at the beginning of the last step, the history of the method.
  *
  * The run after a checkpoint also depends on the model, the method and its settings. The head identifies model, method
  * and settings, and a block is accepted only if all agree. The values of a model's parameters are not compared: a copy
@@ -47,30 +45,14 @@ typedef struct kt_checkpoint_settings {
 #undef KT_CHECKPOINT_SETTING
 } kt_checkpoint_settings;
 
-/* The arrays of the simulation that are copied unchanged, by name. */
-#define KT_CHECKPOINT_INPUTS(X)                                                                                        \
-    X(torque, size->user_nv * sizeof(double))                                                                          \
-    X(torque_next, size->user_nv * sizeof(double))                                                                     \
-    X(wrench, size->body * sizeof(kt_wrench))                                                                          \
-    X(wrench_next, size->body * sizeof(kt_wrench))
-#define KT_CHECKPOINT_RANKS(X) X(ranks, size->ranks)
-#define KT_CHECKPOINT_MEMORIES(X)                                                                                      \
-    X(contact_state, size->contacts * sizeof(kt_contact_memory))                                                       \
-    X(event_memory, size->event * sizeof(kt_event_memory))                                                             \
-    X(event_root, size->event * sizeof(kt_event_root))
-
 /* The parts: name, bytes. One list measures, writes and reads. */
 #define KT_CHECKPOINT_PARTS(X)                                                                                         \
     X(head, sizeof(kt_checkpoint_head))                                                                                \
-    X(memory, sizeof(kt_simulation_memory))                                                                            \
+    X(state, kt_simulation_block_size(size))                                                                           \
     X(integrator, sizeof(kt_integrator_memory))                                                                        \
     X(y, size->n * sizeof(double))                                                                                     \
     X(previous_y, size->n * sizeof(double))                                                                            \
-    X(history, size->history * sizeof(double))                                                                         \
-    KT_CHECKPOINT_INPUTS(X)                                                                                            \
-    X(kept, size->kept * sizeof(double))                                                                               \
-    KT_CHECKPOINT_RANKS(X)                                                                                             \
-    KT_CHECKPOINT_MEMORIES(X)
+    X(history, size->history * sizeof(double))
 
 enum {
 #define KT_CHECKPOINT_NUMBER(part, bytes) KT_CHECKPOINT_AT_##part,
@@ -89,7 +71,7 @@ typedef struct kt_checkpoint_head {
     uint64_t sum[KT_CHECKPOINT_PART_COUNT]; /* of all bytes of a part; that of the head is made as if it were 0 */
 } kt_checkpoint_head;
 
-static const char checkpoint_kind[16] = "kinetree stat 2";
+static const char checkpoint_kind[16] = "kinetree stat 3";
 
 /* Adds the operators and the operands of an effect's formulas, or of an auxiliary state's rate. The numbers of formulas
  * are values of parameters and are left out. */
@@ -237,7 +219,12 @@ static kt_status check_sums(const char *block, const kt_checkpoint_head *head, c
     return KT_OK;
 }
 
-size_t kt_checkpoint_memory_at(const kt_simulation *simulation) { return measure_checkpoint(&simulation->size).memory; }
+size_t kt_checkpoint_memory_at(const kt_simulation *simulation) { return measure_checkpoint(&simulation->size).state; }
+
+/* Where an array of the persistent state lies in a copy of its block. */
+static const void *array_in(const kt_simulation *simulation, const char *block, const void *array) {
+    return block + ((const char *)array - kt_simulation_block(simulation));
+}
 
 size_t kt_simulation_state_size(const kt_simulation *simulation) {
     return simulation ? measure_checkpoint(&simulation->size).total : 0;
@@ -254,14 +241,7 @@ void kt_simulation_save(const kt_simulation *simulation, void *block) {
     memset(block, 0, at.total); /* equal states give equal bytes, padding included */
     memset(&memory, 0, sizeof memory);
     memcpy(to + at.head, &head, sizeof head);
-    memcpy(to + at.memory, &simulation->memory, sizeof simulation->memory);
-    memcpy(to + at.kept, simulation->state, size->kept * sizeof(double));
-#define KT_CHECKPOINT_SAVE(part, bytes) kt_copy(to + at.part, simulation->part, bytes);
-    KT_CHECKPOINT_INPUTS(KT_CHECKPOINT_SAVE)
-    KT_CHECKPOINT_MEMORIES(KT_CHECKPOINT_SAVE)
-#undef KT_CHECKPOINT_SAVE
-    if (size->ranks > 0)
-        kt_contacts_save_ranks(simulation, (double *)(void *)(to + at.ranks));
+    memcpy(to + at.state, kt_simulation_block(simulation), kt_simulation_block_size(size));
     kt_integrator_save(simulation->integrator, &memory, (double *)(void *)(to + at.y),
                        (double *)(void *)(to + at.previous_y), (double *)(void *)(to + at.history));
     memcpy(to + at.integrator, &memory, sizeof memory);
@@ -337,38 +317,40 @@ static kt_status check_checkpoint_head(const kt_simulation *simulation, const kt
     return check_settings(&head->settings, &own.settings, recorded, error);
 }
 
-/* The model of the set of a checkpoint; NULL: there is none. */
-static const kt_model *checkpoint_model_of(kt_simulation *simulation, uint64_t set, const char *from,
-                                           const kt_checkpoint_offsets *at) {
+/* The model of the set of a checkpoint, whose persistent state is at `from`; NULL: there is none. */
+static const kt_model *checkpoint_model_of(kt_simulation *simulation, uint64_t set, const char *from) {
     if (simulation->size.ranks > 0)
-        return kt_contacts_restored_model(simulation, set, (const void *)(from + at->ranks),
-                                          (const void *)(from + at->contact_state));
-    (void)from, (void)at;
+        return kt_contacts_restored_model(simulation, set, array_in(simulation, from, simulation->ranks),
+                                          array_in(simulation, from, simulation->contact_state));
     return kt_model_switched(simulation->model, set);
 }
 
-/* Checks the sums and the words of a block whose head fits. */
-static kt_status check_content(const kt_simulation *simulation, const char *from, const kt_checkpoint_head *head,
-                               const kt_checkpoint_offsets *at, kt_error *error) {
+/* The arrays whose numbers must be finite: name, count. */
+#define KT_CHECKPOINT_FINITE(X)                                                                                        \
+    X(torque, size->user_nv)                                                                                           \
+    X(torque_next, size->user_nv)                                                                                      \
+    X(wrench, size->body *(sizeof(kt_wrench) / sizeof(double)))                                                        \
+    X(wrench_next, size->body *(sizeof(kt_wrench) / sizeof(double)))                                                   \
+    X(state, size->state)
+
+/* Checks the words of a persistent state at `from`. */
+static kt_status check_state(const kt_simulation *simulation, const char *from, kt_error *error) {
     const kt_simulation_sizes *size = &simulation->size;
     const kt_checkpoint_structs structs = {
-        .memory = from + at->memory,
-        .contact_state = from + at->contact_state,
-        .event_memory = from + at->event_memory,
-        .event_root = from + at->event_root,
+        .memory = from,
+        .contact_state = array_in(simulation, from, simulation->contact_state),
+        .event_memory = array_in(simulation, from, simulation->event_memory),
+        .event_root = array_in(simulation, from, simulation->event_root),
     };
-    kt_status status = check_sums(from, head, at, error);
-    if (status == KT_OK)
-        status = kt_checkpoint_check_words(simulation, &structs, error);
+    const kt_status status = kt_checkpoint_check_words(simulation, &structs, error);
     if (status != KT_OK)
         return status;
-#define KT_CHECKPOINT_FINITE(part, bytes)                                                                              \
-    if (kt_first_not_finite((const double *)(const void *)(from + at->part), (bytes) / sizeof(double)) <               \
-        (bytes) / sizeof(double))                                                                                      \
-        return kt_error_set(error, KT_ERROR_NOT_FINITE, "checkpoint", "a number of its part '%s' is not finite", #part);
-    KT_CHECKPOINT_INPUTS(KT_CHECKPOINT_FINITE)
-    KT_CHECKPOINT_FINITE(kept, size->kept * sizeof(double))
-#undef KT_CHECKPOINT_FINITE
+#define KT_CHECKPOINT_CHECK(array, count)                                                                              \
+    if (kt_first_not_finite(array_in(simulation, from, simulation->array), count) < (count))                           \
+        return kt_error_set(error, KT_ERROR_NOT_FINITE, "checkpoint", "a number of its array '%s' is not finite",      \
+                            #array);
+    KT_CHECKPOINT_FINITE(KT_CHECKPOINT_CHECK)
+#undef KT_CHECKPOINT_CHECK
     return KT_OK;
 }
 
@@ -384,17 +366,19 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     kt_integrator_memory integrator;
     int64_t recorded;
     memcpy(&head, from + at.head, sizeof head);
-    memcpy(&recorded, from + at.memory + offsetof(kt_simulation_memory, recorded), sizeof recorded);
+    memcpy(&recorded, from + at.state + offsetof(kt_simulation_memory, recorded), sizeof recorded);
     kt_status status = check_checkpoint_head(simulation, &head, recorded > 0, error);
     if (status == KT_OK)
-        status = check_content(simulation, from, &head, &at, error);
+        status = check_sums(from, &head, &at, error);
+    if (status == KT_OK)
+        status = check_state(simulation, from + at.state, error);
     if (status != KT_OK)
         return status;
-    memcpy(&memory, from + at.memory, sizeof memory);
+    memcpy(&memory, from + at.state, sizeof memory);
     memcpy(&integrator, from + at.integrator, sizeof integrator);
     const kt_model *before = simulation->model;
     if ((memory.set != before->set || kt_model_switched(before, memory.set) != before)) {
-        const kt_model *model = checkpoint_model_of(simulation, memory.set, from, &at);
+        const kt_model *model = checkpoint_model_of(simulation, memory.set, from + at.state);
         if (model == NULL)
             return kt_error_set(error, KT_ERROR_ARGUMENT, "checkpoint",
                                 "its set of switched loops, effects and contacts, or a rank of their equations, is "
@@ -411,23 +395,15 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
         kt_simulation_take_model(simulation, before);
     if (status != KT_OK)
         return status;
-    simulation->memory = memory;
+    memcpy(kt_simulation_block(simulation), from + at.state, kt_simulation_block_size(size));
     if (head.settings.duration != simulation->duration || head.settings.interval != simulation->interval) {
         simulation->memory.next_record = 0;
         kt_simulation_skip_records(simulation);
     }
-#define KT_CHECKPOINT_RESTORE(part, bytes) kt_copy(simulation->part, from + at.part, bytes);
-    KT_CHECKPOINT_INPUTS(KT_CHECKPOINT_RESTORE)
-    KT_CHECKPOINT_MEMORIES(KT_CHECKPOINT_RESTORE)
-#undef KT_CHECKPOINT_RESTORE
-    if (simulation->contacts != NULL)
-        simulation->contact_calls->follow(simulation);
-    simulation->gap_time = simulation->event_time = (double)NAN;
+    kt_phase_rebind(simulation);
     kt_simulation_forget_breakpoints(simulation);
     simulation->memory.piece = memory.piece;
-    if (size->panel > 0)
-        simulation->panel->known = false;
-    memcpy(simulation->state, from + (size->kept > 0 ? at.kept : at.y), size->state * sizeof(double));
+    kt_phase_resume(simulation);
     kt_simulation_inputs_use(simulation);
     simulation->cached = KT_CACHED_NOTHING;
     return KT_OK;

@@ -13,7 +13,7 @@
 #include "dynamics/dynamics.h"
 #include "evaluate/effect_ends.h"
 #include "integrator/integrator.h"
-#include "simulation/simulation.h"
+#include "simulation/gap.h"
 
 #include <math.h>
 
@@ -31,7 +31,7 @@ KT_INLINE bool is_within(const kt_simulation *simulation, double d0, double d1, 
 
 bool kt_simulation_reaches_gap(const kt_simulation *simulation, size_t k, double h) {
     const size_t count = simulation->size.gap;
-    const double *begin = simulation->clearance_begin + k, *end = simulation->clearance_end + k;
+    const double *begin = simulation->gaps->clearance_begin + k, *end = simulation->gaps->clearance_end + k;
     const double speed = begin[count] > end[count] ? begin[count] : end[count];
     return is_within(simulation, begin[0], end[0], 2.0 * h * speed);
 }
@@ -44,8 +44,8 @@ KT_BY_ITSELF bool is_near(const kt_simulation *simulation, double d0, double d1,
 /* Stores the distance and speed of effect k. Returns whether a step may have reached the boundary, judged by twice the
  * larger of the speeds at the ends of the step. */
 KT_INLINE bool note(const kt_simulation *simulation, size_t k, double twice_h, double distance, double speed) {
-    const double *begin = &simulation->clearance_begin[k];
-    double *end = &simulation->clearance_end[k];
+    const double *begin = &simulation->gaps->clearance_begin[k];
+    double *end = &simulation->gaps->clearance_end[k];
     const size_t count = simulation->size.gap;
     const double path = twice_h * (speed > begin[count] ? speed : begin[count]), d0 = begin[0];
     end[0] = distance;
@@ -69,7 +69,7 @@ KT_INLINE kt_v2 least_of(kt_v2 a, kt_v2 b) {
 
 /* Measures one stop. */
 KT_BY_ITSELF bool measure_stop(const kt_simulation *simulation, size_t k, double twice_h) {
-    const kt_gap_source *source = &simulation->gap_source[k];
+    const kt_gap_source *source = &simulation->gaps->source[k];
     const double *q = positions(simulation) + source->q, *v = velocities(simulation) + source->v;
     return note(simulation, k, twice_h, kt_stop_distance(source->effect, *q), fabs(*v));
 }
@@ -89,11 +89,11 @@ static bool measure_stops(kt_simulation *simulation, size_t first, size_t end, d
     const bool last = n % 2 != 0 && measure_stop(simulation, end - 1, twice_h);
     if (n == 1)
         return last;
-    const kt_gap_source *source = &simulation->gap_source[first];
+    const kt_gap_source *source = &simulation->gaps->source[first];
     const double *q = positions(simulation) + source->q, *v = velocities(simulation) + source->v;
-    const double *lower = simulation->stop_lower + first, *upper = simulation->stop_upper + first;
-    const double *before = simulation->clearance_begin + first;
-    double *now = simulation->clearance_end + first;
+    const double *lower = simulation->gaps->stop_lower + first, *upper = simulation->gaps->stop_upper + first;
+    const double *before = simulation->gaps->clearance_begin + first;
+    double *now = simulation->gaps->clearance_end + first;
     const bits sign = {INT64_MIN, INT64_MIN};
     bits near = {0, 0};
     for (size_t k = 0; k + 1 < n; k += 2) {
@@ -111,7 +111,7 @@ static bool measure_heights(kt_simulation *simulation, size_t first, size_t end,
     const double *q = positions(simulation), *v = velocities(simulation);
     bool reached = false;
     for (size_t k = first; k < end; k++) {
-        const kt_gap_source *source = &simulation->gap_source[k];
+        const kt_gap_source *source = &simulation->gaps->source[k];
         const kt_vec3 n = source->effect->frame[1].rotation.z;
         const double *u = v + source->v, distance = kt_gap_height(source, q) - source->effect->radius;
         if (note(simulation, k, twice_h, distance, fabs(n.x * u[0] + n.y * u[1] + n.z * u[2])))
@@ -123,7 +123,7 @@ static bool measure_heights(kt_simulation *simulation, size_t first, size_t end,
 /* Measures points of one link above a plane. With the link's axes A and along = A' n, a point p is along . p higher
  * than the link's origin. */
 static bool measure_points(kt_simulation *simulation, size_t first, size_t end, double twice_h) {
-    const kt_gap_source *source = &simulation->gap_source[first];
+    const kt_gap_source *source = &simulation->gaps->source[first];
     const kt_pose *plane = &source->effect->frame[1];
     const kt_force_frame *link = &simulation->data->force_link[source->effect->force_link[0]];
     const kt_v4 n = kt_v4_from(plane->rotation.z), *axes = link->link.axes, turn = link->link.omega;
@@ -133,7 +133,7 @@ static bool measure_points(kt_simulation *simulation, size_t first, size_t end, 
         sqrt(kt_v4_dot(link->velocity, link->velocity)) + sqrt(kt_v4_dot(turn, turn)) * source->farthest;
     bool reached = false;
     for (size_t k = first; k < end; k++) {
-        const kt_effect_record *effect = simulation->gap_source[k].effect;
+        const kt_effect_record *effect = simulation->gaps->source[k].effect;
         const kt_vec3 p = effect->frame[0].position;
         if (note(simulation, k, twice_h, height + (x * p.x + y * p.y + z * p.z) - effect->radius, speed))
             reached = true;
@@ -146,7 +146,7 @@ static bool measure_ends(kt_simulation *simulation, size_t first, size_t end, do
     const kt_force_frame *links = simulation->data->force_link;
     bool reached = false;
     for (size_t k = first; k < end; k++) {
-        const kt_gap_source *source = &simulation->gap_source[k];
+        const kt_gap_source *source = &simulation->gaps->source[k];
         const kt_effect_record *effect = source->effect;
         const kt_force_frame *a = &links[effect->force_link[0]], *b = &links[effect->force_link[1]];
         const kt_v4 n = kt_v4_apply_to(b->link.axes, effect->frame[1].rotation.z);
@@ -169,7 +169,7 @@ static bool measure_others(kt_simulation *simulation, size_t first, size_t end, 
     bool reached = false;
     for (size_t k = first; k < end; k++) {
         kt_gap gap;
-        kt_gaps_evaluate(simulation->model, simulation->data, &simulation->gap_source[k], 1, positions(simulation),
+        kt_gaps_evaluate(simulation->model, simulation->data, &simulation->gaps->source[k], 1, positions(simulation),
                          velocities(simulation), true, &gap);
         if (note(simulation, k, twice_h, gap.distance, kt_vec3_norm(gap.velocity)))
             reached = true;
@@ -183,12 +183,12 @@ bool kt_simulation_measure_clearances(kt_simulation *simulation, bool swept, dou
                                                                                [KT_GAP_TO_GROUND] = measure_points,
                                                                                [KT_GAP_OF_ENDS] = measure_ends,
                                                                                [KT_GAP_OF_OTHERS] = measure_others};
-    const kt_gap_source *row = simulation->gap_source;
+    const kt_gap_source *row = simulation->gaps->source;
     if ((size_t)row->count == simulation->size.gap && (row->link != NULL || swept)) /* as in most models */
         return measure[row->form](simulation, 0, simulation->size.gap, 2.0 * h);
     bool reached = false;
     for (size_t k = 0, end; k < simulation->size.gap; k = end) {
-        const kt_gap_source *source = &simulation->gap_source[k];
+        const kt_gap_source *source = &simulation->gaps->source[k];
         end = k + (size_t)source->count;
         if (source->link == NULL && !swept) {
             kt_force_frames_sweep(simulation->model, simulation->data, positions(simulation), velocities(simulation));
@@ -202,14 +202,14 @@ bool kt_simulation_measure_clearances(kt_simulation *simulation, bool swept, dou
 
 void kt_simulation_begin_clearances(kt_simulation *simulation, bool swept) {
     for (size_t k = 0; k < simulation->size.gap; k++) {
-        simulation->stop_lower[k] = simulation->gap_source[k].effect->lower;
-        simulation->stop_upper[k] = simulation->gap_source[k].effect->upper;
+        simulation->gaps->stop_lower[k] = simulation->gaps->source[k].effect->lower;
+        simulation->gaps->stop_upper[k] = simulation->gaps->source[k].effect->upper;
     }
     (void)kt_simulation_measure_clearances(simulation, swept, 0.0);
 }
 
 void kt_simulation_pass_clearances(kt_simulation *simulation) {
-    double *clearances = simulation->clearance_begin;
-    simulation->clearance_begin = simulation->clearance_end;
-    simulation->clearance_end = clearances;
+    double *clearances = simulation->gaps->clearance_begin;
+    simulation->gaps->clearance_begin = simulation->gaps->clearance_end;
+    simulation->gaps->clearance_end = clearances;
 }

@@ -94,10 +94,10 @@ static int act_on_contacts(kt_simulation *simulation, const kt_occurrence *what,
             c->holds = kt_contact_count_reversal(simulation, k) || c->holds;
     }
     kt_contacts_slip_together(simulation);
-    kt_status status = simulation->contact_calls->resolve(simulation, error);
+    kt_status status = kt_phase_settle(simulation, error);
     if (status != KT_OK && c->holds) {
         c->holds = false;
-        status = simulation->contact_calls->resolve(simulation, error);
+        status = kt_phase_settle(simulation, error);
     }
     clear_due_contacts(c);
     c->rests = c->stops = c->holds = false;
@@ -353,7 +353,7 @@ static bool stop_slow_slip(kt_simulation *simulation) {
  * contacts of its body slip, too; then all slow slip is held
  *
  * Returns false if no attempt is left. */
-static bool free_wedged(kt_simulation *simulation, int *attempt) {
+bool kt_contacts_free_wedged(kt_simulation *simulation, int *attempt) {
     struct kt_contacts *c = simulation->contacts;
     kt_status status = KT_ERROR_CONSTRAINT;
     c->wedged = kt_contacts_find_wedged(simulation);
@@ -394,7 +394,7 @@ static kt_status resolve_contacts(kt_simulation *simulation, kt_error *error) {
         status = resolve_once(simulation, error);
         simulation->contacts->frees = false;
     }
-    while (status == KT_OK && is_wedged(simulation) && free_wedged(simulation, &attempt)) {
+    while (status == KT_OK && is_wedged(simulation) && kt_contacts_free_wedged(simulation, &attempt)) {
     }
     return status;
 }
@@ -427,30 +427,57 @@ static bool crowds(const kt_simulation *simulation) {
     return any;
 }
 
-static const kt_model *find_resting_model(kt_simulation *simulation) {
+static const kt_event_source contact_source = {
+    .rest = rest, .crowds = crowds, .ends = kt_contact_slip_ends, .kink = kt_contact_kink};
+
+const kt_model *kt_simulation_resting_model(kt_simulation *simulation) {
+    if (simulation->contacts == NULL || simulation->steps_over_contacts)
+        return kt_simulation_model(simulation);
     double *a = simulation->contacts->response;
     return kt_simulation_acceleration(simulation, a, NULL) == KT_OK ? kt_contacts_resting_model(simulation, a)
                                                                     : simulation->model;
 }
 
-static const kt_contact_calls calls = {.rest = rest,
-                                       .crowds = crowds,
-                                       .ends = kt_contact_slip_ends,
-                                       .kink = kt_contact_kink,
-                                       .open = open_all,
-                                       .model = kt_contacts_open_model,
-                                       .resting = find_resting_model,
-                                       .resolve = resolve_contacts,
-                                       .strike = strike_contacts,
-                                       .follow = kt_contacts_put_directions,
-                                       .check = kt_contacts_check_record,
-                                       .keep = kt_simulation_keep,
-                                       .undo = kt_simulation_undo_change,
-                                       .renew = kt_contacts_renew_model,
-                                       .free_wedged = free_wedged,
-                                       .gains = kt_simulation_gains_energy,
-                                       .limit = kt_simulation_limit_step,
-                                       .retry = kt_simulation_retry};
+/* ---- the part of a simulation ------------------------------------------------------------------------------------ */
+
+static bool has_contacts(const kt_simulation *simulation) {
+    return simulation->contacts != NULL && !simulation->steps_over_contacts;
+}
+
+static bool has_slip(const kt_simulation *simulation) { return has_contacts(simulation) && simulation->contacts->rubs; }
+
+static void follow_model(kt_simulation *simulation) {
+    kt_contacts_put_directions(simulation);
+    kt_contacts_store_ranks(simulation);
+}
+
+static void resume_contacts(kt_simulation *simulation) { simulation->contact_time = (double)NAN; }
+
+/* Takes over parameters that were set, and reports a contact that has been beyond its boundary since the start. */
+kt_status kt_contacts_start(kt_simulation *simulation, kt_error *error) {
+    kt_phase_renew(simulation);
+    if (!simulation->memory.beyond)
+        return KT_OK;
+    simulation->memory.beyond = false;
+    return kt_phase_settle(simulation, error);
+}
+
+const kt_part kt_slip_part = {.is_active = has_slip, .begin = kt_contacts_begin_slip};
+
+const kt_part kt_contact_part = {.is_active = has_contacts,
+                                 .start = kt_contacts_start,
+                                 .limit = kt_contacts_limit_step,
+                                 .begin = kt_contacts_begin_prediction,
+                                 .check = kt_contacts_check_energy,
+                                 .retry = kt_contacts_retry,
+                                 .rebind = follow_model,
+                                 .renew = kt_contacts_renew,
+                                 .variant = kt_contacts_open_model,
+                                 .reset = open_all,
+                                 .resume = resume_contacts,
+                                 .settle = resolve_contacts,
+                                 .strike = strike_contacts,
+                                 .check_record = kt_contacts_check_record};
 
 kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     kt_status status = kt_contacts_lay_out(simulation, error);
@@ -465,22 +492,17 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
                                 .direction = KT_DIRECTION_FALLING};
         kt_event_append(simulation, &event);
     }
-    if (status == KT_OK && !steps && c->rubs) {
-        c->watch = *simulation->watch;
-        c->begin = c->watch.begin;
-        c->watch.begin = kt_contacts_begin_step;
-        simulation->watch = &c->watch;
-    }
     simulation->contact_count = steps ? 0 : (size_t)c->n;
     simulation->contact_mask = c->mask;
     simulation->slow_slip = kt_contacts_slow_slip(simulation);
     simulation->contact_margin = 2.0 * kt_contact_touching * fmax(1.0, c->all->length);
-    simulation->contact_calls = steps ? &kt_moreau_calls : &calls;
+    simulation->event_source = &contact_source;
     if (status == KT_OK && steps)
         kt_moreau_init(simulation);
     simulation->memory.contacts.count = 0;
     for (int k = 0; k < c->n; k++)
         simulation->memory.contacts.count += !kt_contact_rubs(c, k);
+    kt_simulation_list_parts(simulation);
     return status;
 }
 

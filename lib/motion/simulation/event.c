@@ -353,15 +353,6 @@ static bool is_first_search(kt_simulation *simulation) {
     return first;
 }
 
-/* Whether contacts that slip gained energy along the step. The step then fails, and is repeated (retry.c). */
-static bool gains_energy(kt_simulation *simulation) {
-    const bool gains = simulation->contacts != NULL && simulation->contact_calls->gains != NULL &&
-                       simulation->contact_calls->gains(simulation);
-    if (gains)
-        simulation->cause.code = KT_OK;
-    return gains;
-}
-
 /* The event at which this try of the step was to end; event_count if there is none. */
 static size_t aim_of(const kt_simulation *simulation) {
     const double t1 = kt_integrator_time(simulation->integrator);
@@ -378,12 +369,14 @@ static void remember_due(kt_simulation *simulation) {
             simulation->event_latest = k;
 }
 
-static kt_status reject_event_step(kt_simulation *simulation, int repetition, double *t_limit, bool *again,
+/* Searches events after a try. If an event happened within the step, the step is undone, and the next try ends at the
+ * event. */
+static kt_status reject_event_step(kt_simulation *simulation, kt_step_progress *progress, kt_verdict *verdict,
                                    kt_error *error) {
+    const int repetition = progress->undone;
     const double t0 = kt_integrator_previous_time(simulation->integrator);
     const double t1 = kt_integrator_time(simulation->integrator);
     double first, shorter;
-    *again = false;
     const bool is_first = is_first_search(simulation);
     if (is_first)
         for (size_t k = 0; k < simulation->event_count; k++)
@@ -409,26 +402,21 @@ static kt_status reject_event_step(kt_simulation *simulation, int repetition, do
     }
     if (shorter < HUGE_VAL) {
         kt_integrator_retreat(simulation->integrator, shorter - t0);
-        *again = true;
-        *t_limit = shorter;
+        *verdict = KT_VERDICT_REPEAT;
+        progress->t_limit = shorter;
         return KT_OK;
     }
     if (fires || !(instant < HUGE_VAL)) {
-        status = gains_energy(simulation)
-                     ? KT_ERROR_STEP
-                     : kt_simulation_count_miss(simulation, aim < simulation->event_count && !fires, aim, error);
-        if (status == KT_OK)
-            pass_step(simulation, fires);
-        else
-            kt_integrator_retreat(simulation->integrator, t1 - t0);
-        return status;
+        simulation->event_fires = fires;
+        simulation->event_aim = fires ? simulation->event_count : aim;
+        return KT_OK;
     }
     instant = repetition >= REPETITIONS && !ends ? 0.5 * (t0 + t1) : instant;
     kt_integrator_retreat(simulation->integrator, instant - t0);
     remember_due(simulation);
-    *again = instant - t0 > shortest_event_step(simulation, instant);
-    *t_limit = instant;
-    if (!*again) { /* no step is so short: the event happens at the present state */
+    *verdict = instant - t0 > shortest_event_step(simulation, instant) ? KT_VERDICT_REPEAT : KT_VERDICT_STAY;
+    progress->t_limit = instant;
+    if (*verdict == KT_VERDICT_STAY) { /* no step is so short: the event happens at the present state */
         for (size_t k = 0; k < simulation->event_count; k++)
             if (simulation->event_root[k].due)
                 simulation->event_memory[k].side = simulation->event_root[k].side;
@@ -436,6 +424,35 @@ static kt_status reject_event_step(kt_simulation *simulation, int repetition, do
     }
     return KT_OK;
 }
+
+/* Accepts the last try, which all parts have accepted. */
+static kt_status accept_events(kt_simulation *simulation, kt_error *error) {
+    const size_t aim = simulation->event_aim;
+    const double t0 = kt_integrator_previous_time(simulation->integrator);
+    const kt_status status = kt_simulation_count_miss(simulation, aim < simulation->event_count, aim, error);
+    if (status == KT_OK)
+        pass_step(simulation, simulation->event_fires);
+    else
+        kt_integrator_retreat(simulation->integrator, kt_integrator_time(simulation->integrator) - t0);
+    return status;
+}
+
+static kt_status begin_search_of_step(kt_simulation *simulation, kt_error *error) {
+    simulation->event_searched = false;
+    return begin_events(simulation, error);
+}
+
+static bool has_events(const kt_simulation *simulation) { return simulation->event_count > 0; }
+
+static void forget_values(kt_simulation *simulation) { simulation->event_time = (double)NAN; }
+
+const kt_part kt_event_part = {.is_active = has_events,
+                               .rebind = forget_values,
+                               .forget = forget_values,
+                               .resume = forget_values,
+                               .begin = begin_search_of_step,
+                               .check = reject_event_step,
+                               .accept = accept_events};
 
 /* ---- effects of events ------------------------------------------------------------------------------------------- */
 
@@ -519,5 +536,6 @@ static kt_status fire_all(kt_simulation *simulation, kt_recorder *recorder, void
     return renew_sides(simulation, error);
 }
 
-const kt_event_watch kt_event_watch_all = {
-    .begin = begin_events, .reject_step = reject_event_step, .fire = fire_all, .value = kt_event_evaluate};
+kt_status kt_simulation_fire(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
+    return simulation->memory.fires ? fire_all(simulation, recorder, user, error) : KT_OK;
+}

@@ -67,14 +67,12 @@ static kt_status count_within(kt_simulation *simulation, size_t k, double t, kt_
 /* Whether the accumulating events are impacts of a hard contact, which are applied now up to the end of the window. */
 static bool comes_to_rest(kt_simulation *simulation, size_t k, double window) {
     simulation->memory.event_row = simulation->memory.event_shrinking = 0;
-    return k < simulation->contact_count && simulation->contact_calls->rest != NULL &&
-           simulation->contact_calls->rest(simulation, k, window);
+    return k < simulation->contact_count && simulation->event_source->rest(simulation, k, window);
 }
 
 /* Whether the next impacts of a chain would count as touching now, within rounding of their gaps. */
 static bool is_crowded(const kt_simulation *simulation, size_t k) {
-    return k < simulation->contact_count && simulation->contact_calls->crowds != NULL &&
-           simulation->contact_calls->crowds(simulation);
+    return k < simulation->contact_count && simulation->event_source->crowds(simulation);
 }
 
 /* Counts an instant of events. Returns an error if such instants have no end. */
@@ -140,7 +138,7 @@ bool kt_simulation_skips_contact(const kt_simulation *simulation) {
 
 bool kt_simulation_ends_slip(const kt_simulation *simulation, size_t k) {
     const double last = simulation->event_value[(KT_EVENT_VALUES - 2) * simulation->size.event + k];
-    return k < kt_simulation_contact_events(simulation) && simulation->contact_calls->ends(simulation, k, last);
+    return k < kt_simulation_contact_events(simulation) && simulation->event_source->ends(simulation, k, last);
 }
 
 bool kt_simulation_hides_contact(const kt_simulation *simulation, size_t k, bool is_brief) {

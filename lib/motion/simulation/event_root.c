@@ -96,9 +96,7 @@ static kt_status event_value_at(kt_simulation *simulation, size_t k, double t, s
 /* The gap of two spheres has a kink where they pass each other. With b = 2 (R + r), g (g + b) = |d|^2 - (R + r)^2 has
  * no kink, but the sign of g. The product is a parabola if the spheres move uniformly. */
 static double kink_of(const kt_simulation *simulation, size_t k) {
-    if (k < simulation->contact_count && simulation->contact_calls->kink != NULL)
-        return simulation->contact_calls->kink(simulation, k);
-    return 0.0;
+    return k < simulation->contact_count ? simulation->event_source->kink(simulation, k) : 0.0;
 }
 
 static double smooth_value(const sample *s, double kink) { return kink > 0.0 ? s->g * (s->g + kink) : s->g; }

@@ -23,8 +23,7 @@ void kt_event_append(kt_simulation *simulation, const kt_event *event) {
     simulation->event_root[k] = (kt_event_root){.due = 0};
     simulation->event_search[k] = (kt_event_search){.breakpoint = (double)NAN};
     simulation->event_time = (double)NAN;
-    if (simulation->watch == NULL) /* contacts have their own handler (contacts.c) */
-        simulation->watch = &kt_event_watch_all;
+    kt_simulation_list_parts(simulation);
 }
 
 kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *event, kt_error *error) {

@@ -266,7 +266,7 @@ static kt_status report_call_used_up(const kt_simulation *simulation, kt_error *
                         contact ? "give the contact a larger rest_velocity or a smaller restitution, " : "");
 }
 
-static kt_status fail_step(kt_simulation *simulation, const kt_error *from, bool near, kt_error *error) {
+static kt_status fail_step(kt_simulation *simulation, const kt_error *from, kt_error *error) {
     const kt_error *cause = &simulation->cause;
     const double t = kt_integrator_time(simulation->integrator);
     char advice[ADVICE];
@@ -301,15 +301,18 @@ static kt_status fail_step(kt_simulation *simulation, const kt_error *from, bool
     const int blamed = kt_simulation_body_of(simulation, kt_integrator_blamed(simulation->integrator));
     if (cause->code == KT_OK && from->code == KT_ERROR_STEP && blamed > 0)
         where = kt_where_format("t = %.9g s, joint '%.80s'", t, kt_joint_name(simulation->model, blamed));
-    if (near && cause->code == KT_OK && from->code == KT_ERROR_STEP && !(simulation->step > 0.0))
+    if (simulation->near_singular && cause->code == KT_OK && from->code == KT_ERROR_STEP && !(simulation->step > 0.0))
         return reject_bend(simulation, from, where.text, error);
     return cause->code == KT_OK && from->code == KT_ERROR_STEP && blamed > 0
                ? kt_error_set(error, from->code, where.text, "%s", from->message)
                : kt_simulation_fail(simulation, from, error);
 }
 
-kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, bool near, kt_error *error) {
-    kt_status status = fail_step(simulation, from, near, error);
+/* Reports the cause of a step that failed, with a remedy. */
+static kt_status explain_step(kt_simulation *simulation, const kt_error *from, kt_error *error) {
+    kt_status status = fail_step(simulation, from, error);
     status = kt_simulation_explain_disc(simulation, status, error);
     return error != NULL ? explain_gimbal(simulation, status, error) : status;
 }
+
+const kt_part kt_failure_part = {.explain = explain_step};

@@ -30,9 +30,9 @@
  * repeated step sees the effect, and the error control does the rest.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "simulation/gap.h"
 #include "base/where.h"
 #include "integrator/integrator.h"
-#include "simulation/simulation.h"
 
 #include <float.h>
 #include <math.h>
@@ -101,7 +101,7 @@ static double error_of_cubic(const search *s, const sample *a, const sample *m, 
 
 /* The gaps in the state y, written to `gaps`. */
 static void gaps_in(kt_simulation *simulation, const double *y, kt_gap *gaps) {
-    kt_gaps_evaluate(simulation->model, simulation->data, simulation->gap_source, simulation->size.gap, y,
+    kt_gaps_evaluate(simulation->model, simulation->data, simulation->gaps->source, simulation->size.gap, y,
                      y + simulation->size.nq, false, gaps);
 }
 
@@ -125,9 +125,9 @@ static bool goes_deeper(search *s, sample a, sample b, const kt_gap *middle, int
         return false;
     if (middle == NULL) {
         s->evaluations--;
-        if (!evaluate_gaps(simulation, t, simulation->gap_inside))
+        if (!evaluate_gaps(simulation, t, simulation->gaps->inside))
             return false; /* dense output needs the slope at the end, which the next step evaluates and reports */
-        middle = simulation->gap_inside;
+        middle = simulation->gaps->inside;
     }
     const sample m = sample_of(s, t, &middle[s->k]);
     if (m.d < 0.0) {
@@ -168,9 +168,9 @@ static bool crosses(search s, const kt_gap *begin, const kt_gap *end, double t0,
         return false;
     for (; s.evaluations > 0 && (acts == (b.d < 0.0) || fabs(b.d) > close); s.evaluations--) {
         const double t = a.t + 0.5 * (b.t - a.t);
-        if (!evaluate_gaps(s.simulation, t, s.simulation->gap_inside))
+        if (!evaluate_gaps(s.simulation, t, s.simulation->gaps->inside))
             return false;
-        const sample m = sample_of(&s, t, &s.simulation->gap_inside[s.k]);
+        const sample m = sample_of(&s, t, &s.simulation->gaps->inside[s.k]);
         *((m.d < 0.0) == acts ? &a : &b) = m;
     }
     *when = b.t;
@@ -187,15 +187,15 @@ static bool is_swept(const kt_simulation *simulation, const double *slope) {
 /* Passes the gaps from the end of a step to the beginning of the next one. */
 static void pass_gaps(kt_simulation *simulation, bool known, double far) {
     kt_simulation_pass_clearances(simulation);
-    simulation->gap_time = simulation->integrator->memory.t;
-    simulation->gaps_known = known;
-    simulation->far_time = far;
+    simulation->gaps->time = simulation->integrator->memory.t;
+    simulation->gaps->known = known;
+    simulation->gaps->far_time = far;
 }
 
 /* Makes the list of effects anew, since parameters may have changed. */
-void kt_simulation_begin_gaps(kt_simulation *simulation) {
+static void begin_gaps(kt_simulation *simulation) {
     const double *slope = kt_integrator_known_derivative(simulation->integrator);
-    (void)kt_gap_list(simulation->model, simulation->gap_source);
+    (void)kt_gap_list(simulation->model, simulation->gaps->source);
     kt_simulation_begin_clearances(simulation, is_swept(simulation, slope));
     simulation->cached = KT_CACHED_NOTHING;
     pass_gaps(simulation, false, (double)NAN);
@@ -212,9 +212,9 @@ static bool reaches_any(kt_simulation *simulation) {
 
 /* Computes the gap of effect k in the state y. swept: as in kt_gaps_evaluate. */
 static void find_effect_gap(kt_simulation *simulation, size_t k, const double *y, bool *swept, kt_known_gap *gap) {
-    kt_gaps_evaluate(simulation->model, simulation->data, &simulation->gap_source[k], 1, y, y + simulation->size.nq,
+    kt_gaps_evaluate(simulation->model, simulation->data, &simulation->gaps->source[k], 1, y, y + simulation->size.nq,
                      *swept, &gap->gap);
-    *swept = *swept || simulation->gap_source[k].link == NULL;
+    *swept = *swept || simulation->gaps->source[k].link == NULL;
     gap->known = true;
 }
 
@@ -225,16 +225,16 @@ static bool find_gaps(kt_simulation *simulation) {
     const double h = simulation->integrator->memory.t - simulation->integrator->memory.previous_t;
     bool any = false, swept = false, swept_end = true;
     for (size_t k = 0; k < simulation->size.gap; k++) {
-        simulation->gap_end[k].known = kt_simulation_reaches_gap(simulation, k, h);
-        if (!simulation->gap_end[k].known)
+        simulation->gaps->end[k].known = kt_simulation_reaches_gap(simulation, k, h);
+        if (!simulation->gaps->end[k].known)
             continue;
-        find_effect_gap(simulation, k, y1, &swept_end, &simulation->gap_end[k]);
-        simulation->gap_begin[k].known = simulation->gap_begin[k].known && simulation->gaps_known;
+        find_effect_gap(simulation, k, y1, &swept_end, &simulation->gaps->end[k]);
+        simulation->gaps->begin[k].known = simulation->gaps->begin[k].known && simulation->gaps->known;
         any = true;
     }
     for (size_t k = 0; any && k < simulation->size.gap; k++)
-        if (simulation->gap_end[k].known && !simulation->gap_begin[k].known) {
-            find_effect_gap(simulation, k, y0, &swept, &simulation->gap_begin[k]);
+        if (simulation->gaps->end[k].known && !simulation->gaps->begin[k].known) {
+            find_effect_gap(simulation, k, y0, &swept, &simulation->gaps->begin[k]);
             simulation->cached = KT_CACHED_NOTHING;
         }
     return any;
@@ -243,7 +243,7 @@ static bool find_gaps(kt_simulation *simulation) {
 /* Follows effect k through the last step. *evaluated: whether the gaps in the middle of the step are available. Returns
  * whether the step leapt over the effect; *when: a time at which the effect acts. */
 static bool leaps_over(kt_simulation *simulation, size_t k, bool *evaluated, double *when) {
-    const kt_gap *begin = &simulation->gap_begin[k].gap, *end = &simulation->gap_end[k].gap;
+    const kt_gap *begin = &simulation->gaps->begin[k].gap, *end = &simulation->gaps->end[k].gap;
     const double t0 = simulation->integrator->memory.previous_t, t1 = simulation->integrator->memory.t, h = t1 - t0;
     const double seen = deepest(begin->distance, end->distance), path = h * sqrt(speed_squared(begin, end));
     const double boundary = boundary_of(seen, depth_of_rounding * path), turn = kt_larger(begin->turn, end->turn);
@@ -254,9 +254,9 @@ static bool leaps_over(kt_simulation *simulation, size_t k, bool *evaluated, dou
     search s = {simulation, k, boundary, turn, EVALUATIONS, t1};
     bool found = simulation->lacks_end_stage && crosses(s, begin, end, t0, t1, when);
     if (!found && !far) {
-        *evaluated = *evaluated || evaluate_gaps(simulation, t0 + 0.5 * h, simulation->gap_middle);
+        *evaluated = *evaluated || evaluate_gaps(simulation, t0 + 0.5 * h, simulation->gaps->middle);
         found = *evaluated &&
-                goes_deeper(&s, sample_of(&s, t0, begin), sample_of(&s, t1, end), simulation->gap_middle, HALVINGS);
+                goes_deeper(&s, sample_of(&s, t0, begin), sample_of(&s, t1, end), simulation->gaps->middle, HALVINGS);
         *when = s.when;
     }
     return found;
@@ -267,15 +267,16 @@ static bool leaps(kt_simulation *simulation, double *when) {
     bool evaluated = false;
     const bool any = find_gaps(simulation);
     for (size_t k = 0; any && k < simulation->size.gap; k++)
-        if (simulation->gap_end[k].known && leaps_over(simulation, k, &evaluated, when))
+        if (simulation->gaps->end[k].known && leaps_over(simulation, k, &evaluated, when))
             return true;
     return false;
 }
 
 #define KT_BY_ITSELF __attribute__((noinline)) /* most steps skip this call and would save its registers */
 
-/* kt_simulation_reject_leap for a step that may have reached a boundary. */
-static KT_BY_ITSELF bool reject_near_leap(kt_simulation *simulation, double *t_limit) {
+/* Checks a step that may have reached a boundary. Returns the verdict; if the step is undone, *t_limit is the end of
+ * the next try. */
+static KT_BY_ITSELF kt_verdict reject_near_leap(kt_simulation *simulation, double *t_limit) {
     kt_integrator *integrator = simulation->integrator;
     double when;
     if (leaps(simulation, &when)) {
@@ -283,27 +284,40 @@ static KT_BY_ITSELF bool reject_near_leap(kt_simulation *simulation, double *t_l
         if (when - t0 > 64.0 * DBL_EPSILON * fabs(when)) {
             *t_limit = when;
             kt_integrator_retreat(integrator, when - t0);
-            return true;
+            return KT_VERDICT_REPEAT;
         }
     }
-    kt_known_gap *gaps = simulation->gap_begin;
-    simulation->gap_begin = simulation->gap_end;
-    simulation->gap_end = gaps;
+    kt_known_gap *gaps = simulation->gaps->begin;
+    simulation->gaps->begin = simulation->gaps->end;
+    simulation->gaps->end = gaps;
     pass_gaps(simulation, true, (double)NAN);
-    return false;
+    return KT_VERDICT_ACCEPT;
 }
 
-bool kt_simulation_reject_leap(kt_simulation *simulation, double *t_limit) {
+static kt_status reject_leap(kt_simulation *simulation, kt_step_progress *progress, kt_verdict *verdict,
+                             kt_error *error) {
+    (void)error;
     if (reaches_any(simulation))
-        return reject_near_leap(simulation, t_limit);
-    pass_gaps(simulation, false, simulation->integrator->memory.t);
-    return false;
+        *verdict = reject_near_leap(simulation, &progress->t_limit);
+    else
+        pass_gaps(simulation, false, simulation->integrator->memory.t);
+    return KT_OK;
 }
+
+static void prepare_gaps(kt_simulation *simulation) {
+    if (simulation->gaps->time != simulation->integrator->memory.t)
+        begin_gaps(simulation);
+}
+
+static bool may_leap(const kt_simulation *simulation) { return simulation->size.gap > 0 && !(simulation->step > 0.0); }
+
+/* Adaptive steps do not leap over contacts and stops. */
+const kt_part kt_leap_part = {.is_active = may_leap, .prepare = prepare_gaps, .check = reject_leap};
 
 /* ---- of a record ------------------------------------------------------------------------------------------------- */
 
 static kt_status reject_gap(const kt_simulation *simulation, size_t k, double t, double depth, kt_error *error) {
-    const kt_effect_record *effect = simulation->gap_source[k].effect;
+    const kt_effect_record *effect = simulation->gaps->source[k].effect;
     const char *type = kt_effect_type_name((kt_effect_type)effect->type);
     const kt_where_text name =
         effect->name ? kt_where_format("effect '%.40s' (%s)", simulation->model->text + effect->name, type)
@@ -316,11 +330,13 @@ static kt_status reject_gap(const kt_simulation *simulation, size_t k, double t,
         simulation->step > 0.0 ? "a smaller step" : "a smaller max_step, or a smaller tolerance");
 }
 
-kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error *error) {
-    kt_gap *begin = simulation->gap_inside, *end = simulation->gap_middle, *now = simulation->gap_record;
+/* Rejects a record at t, with its state in y, if an effect on one side of a boundary acts at t, but at neither end of
+ * the step. */
+static kt_status check_gaps_at(kt_simulation *simulation, double t, kt_error *error) {
+    kt_gap *begin = simulation->gaps->inside, *end = simulation->gaps->middle, *now = simulation->gaps->recorded;
     const double t0 = kt_integrator_previous_time(simulation->integrator);
     const double t1 = kt_integrator_time(simulation->integrator);
-    const bool far = simulation->far_time == t1 && simulation->gap_time == t1;
+    const bool far = simulation->gaps->far_time == t1 && simulation->gaps->time == t1;
     if (!(t0 < t && t < t1) || far)
         return KT_OK;
     simulation->cached = KT_CACHED_NOTHING; /* the evaluations below overwrite the data */
@@ -339,3 +355,41 @@ kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error
     }
     return KT_OK;
 }
+
+/* ---- the part of a simulation ------------------------------------------------------------------------------------ */
+
+KT_ARENA_LAYOUT(lay_out_gaps, kt_gaps, KT_GAP_FIELDS, size_t n)
+
+static size_t measure_gaps(const kt_simulation_sizes *size) {
+    return size->gap > 0 ? lay_out_gaps(NULL, size->gap) : 0;
+}
+
+static void place_gaps(kt_simulation *simulation, void *memory) {
+    (void)lay_out_gaps(memory, simulation->size.gap);
+    simulation->gaps = memory;
+}
+
+static bool has_gaps(const kt_simulation *simulation) { return simulation->size.gap > 0; }
+
+static void forget_gaps(kt_simulation *simulation) { simulation->gaps->time = (double)NAN; }
+
+static void rebind_gaps(kt_simulation *simulation) {
+    (void)kt_gap_list(simulation->model, simulation->gaps->source);
+    forget_gaps(simulation);
+}
+
+static void renew_gaps(const kt_simulation *simulation) {
+    kt_gaps *gaps = simulation->gaps;
+    if (gaps->revision != simulation->model->revision)
+        gaps->time = (double)NAN;
+    gaps->revision = simulation->model->revision;
+}
+
+const kt_part kt_gap_part = {.is_active = has_gaps,
+                             .measure = measure_gaps,
+                             .place = place_gaps,
+                             .rebind = rebind_gaps,
+                             .renew = renew_gaps,
+                             .forget = forget_gaps,
+                             .resume = forget_gaps,
+                             .admit = check_gaps_at};

@@ -36,12 +36,10 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
         /* The right-hand side jumps: slopes before the jump are invalid in the next step, except for smooth inputs. */
         memcpy(simulation->y, kt_integrator_state(simulation->integrator), size->n * sizeof(double));
         kt_status status = KT_OK;
-        if (simulation->memory.changed) { /* the model itself */
-            simulation->gap_time = (double)NAN;
+        if (simulation->memory.changed) /* the model itself */
             status = kt_integrator_jump(simulation->integrator, simulation->y, error);
-        } else {
+        else
             kt_integrator_change(simulation->integrator, simulation->options.smooth_inputs);
-        }
         if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its own state at its own time, both finite */
             return status;   /* GCOVR_EXCL_LINE */
         memcpy(simulation->torque, simulation->torque_next, size->user_nv * sizeof(double));
@@ -54,6 +52,13 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
     simulation->memory.pending = simulation->memory.changed = false;
     return KT_OK;
 }
+
+static kt_status enter_inputs(kt_simulation *simulation, const kt_step_progress *progress, kt_error *error) {
+    (void)progress;
+    return kt_simulation_inputs_commit(simulation, error);
+}
+
+const kt_part kt_input_part = {.enter = enter_inputs};
 
 kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torque, kt_error *error) {
     if (KT_IS_MISSING(error, simulation))

@@ -1,9 +1,87 @@
-/* Jumps of the state: the energies before and after, their share in the work done, and the commit (simulation.h). */
+/* Jumps of the state: the energies before and after, their share in the work done, and the commit (simulation.h).
+ *
+ * A jump that fails leaves the simulation as it was. Without hard contacts, nothing is written before the last call
+ * that may fail. Hard contacts open before a jump, and close behind it. Therefore the persistent state and the memory
+ * of the integrator are copied before the jump, and copied back if it fails. Data are scratch: they are bound to the
+ * previous model again. Only their counts since the last step are copied, too. */
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "base/copy.h"
+#include "evaluate/evaluate.h"
 #include "simulation/simulation.h"
 
 #include <math.h>
 #include <string.h>
+
+/* The counts of the data since the last step. */
+typedef struct kt_counts_of_data {
+    kt_iterations iterations;
+    kt_crossings crossings;
+    kt_passage passage;
+    uint32_t unconverged;
+} kt_counts_of_data;
+
+/* The parts of a copy: location, bytes. The masks come last, since one of them may be the model. One list measures,
+ * copies and copies back. */
+#define KT_UNDO_PARTS(X)                                                                                               \
+    X(kt_simulation_block(simulation), kt_simulation_block_size(size))                                                 \
+    X(simulation->integrator_memory, size->integrator)                                                                 \
+    X(&simulation->breakpoints, sizeof(kt_breakpoints))                                                                \
+    X(&counts, sizeof(kt_counts_of_data))                                                                              \
+    X(&model, sizeof(const kt_model *))                                                                                \
+    X(simulation->mask_memory, KT_CONTACT_MASKS * size->mask)
+
+size_t kt_simulation_undo_size(const kt_simulation_sizes *size) {
+    size_t total = 0;
+#define KT_UNDO_MEASURE(part, bytes) total += (bytes);
+    KT_UNDO_PARTS(KT_UNDO_MEASURE)
+#undef KT_UNDO_MEASURE
+    return total;
+}
+
+void kt_simulation_begin_change(kt_simulation *simulation) {
+    const kt_simulation_sizes *size = &simulation->size;
+    const kt_model *model = simulation->model;
+    const kt_data *data = simulation->data;
+    const kt_counts_of_data counts = {data->iterations, data->crossings, data->passage, data->unconverged};
+    char *to = simulation->undo;
+    if (size->undo == 0)
+        return;
+#define KT_UNDO_COPY(part, bytes)                                                                                      \
+    kt_copy(to, part, bytes);                                                                                          \
+    to += (bytes);
+    KT_UNDO_PARTS(KT_UNDO_COPY)
+#undef KT_UNDO_COPY
+}
+
+static void undo_change(kt_simulation *simulation) {
+    const kt_simulation_sizes *size = &simulation->size;
+    kt_data *data = simulation->data;
+    const kt_model *model;
+    kt_counts_of_data counts;
+    const char *from = simulation->undo;
+#define KT_UNDO_RETURN(part, bytes)                                                                                    \
+    kt_copy(part, from, bytes);                                                                                        \
+    from += (bytes);
+    KT_UNDO_PARTS(KT_UNDO_RETURN)
+#undef KT_UNDO_RETURN
+    simulation->breakpoints.passing = true; /* breakpoints are those of before, too */
+    kt_simulation_take_model(simulation, model);
+    simulation->breakpoints.passing = false;
+    kt_phase_renew(simulation); /* parameters have been undone before */
+    kt_phase_resume(simulation);
+    simulation->cached = KT_CACHED_NOTHING;
+    kt_simulation_inputs_use(simulation);
+    data->iterations = counts.iterations;
+    data->crossings = counts.crossings;
+    data->passage = counts.passage;
+    data->unconverged = counts.unconverged;
+}
+
+kt_status kt_simulation_end_change(kt_simulation *simulation, kt_status status) {
+    if (status != KT_OK && simulation->size.undo > 0)
+        undo_change(simulation);
+    return status;
+}
 
 kt_status kt_simulation_find_energy(kt_simulation *simulation, const double *y, kt_simulation_energy *energy,
                                     kt_error *error) {
@@ -38,15 +116,6 @@ void kt_simulation_add_jump(kt_simulation *simulation, double gain, double lost,
     work[1] += driven ? gain + lost : gain < 0.0 ? 0.0 : gain;
 }
 
-/* Discards values of gaps and events, and the work done along the last step, because all belong to the state before the
- * jump. */
-static void forget_motion(kt_simulation *simulation) {
-    simulation->gap_time = simulation->event_time = (double)NAN;
-    simulation->memory.refined = false;
-    if (simulation->size.panel > 0)
-        simulation->panel->known = false;
-}
-
 kt_status kt_simulation_land(kt_simulation *simulation, const double *to, const kt_simulation_energy *before,
                              const kt_simulation_energy *after, kt_error *error) {
     const kt_status status = kt_integrator_jump(simulation->integrator, simulation->y, error);
@@ -55,19 +124,20 @@ kt_status kt_simulation_land(kt_simulation *simulation, const double *to, const 
     memcpy(simulation->state, to, simulation->size.state * sizeof(double));
     simulation->memory.powers.count = 0;
     simulation->memory.powers.sum[1].net += before->kinetic + before->potential - (after->kinetic + after->potential);
-    forget_motion(simulation);
+    kt_phase_forget(simulation);
     kt_simulation_renew_breakpoints(simulation);
     return KT_OK;
 }
 
 /* Likewise, with hard contacts, which may open or slip. A failure changes nothing. */
-static kt_status strike_with_contacts(kt_simulation *simulation, const kt_contact_calls *calls, kt_error *error) {
-    calls->keep(simulation);
+static kt_status strike_with_contacts(kt_simulation *simulation, kt_hook_of_strike *const *strike, kt_error *error) {
+    kt_status status = KT_OK;
+    kt_simulation_begin_change(simulation);
     simulation->breakpoints.passing = true;
-    const kt_status status = calls->strike(simulation, error);
+    for (; status == KT_OK && *strike != NULL; strike++)
+        status = (*strike)(simulation, error);
     simulation->breakpoints.passing = false;
-    if (status != KT_OK)
-        calls->undo(simulation);
+    status = kt_simulation_end_change(simulation, status);
     memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
     return status;
 }
@@ -75,9 +145,8 @@ static kt_status strike_with_contacts(kt_simulation *simulation, const kt_contac
 /* Moves y of the simulation, the present state, to the velocities of drives just after this time, at which they jump.
  * The drives supply the change of the energy. The change of velocities does not count as an error of a step. */
 static kt_status strike_drives(kt_simulation *simulation, kt_error *error) {
-    const kt_contact_calls *calls = kt_contact_calls_of(simulation);
-    if (calls != NULL && calls->strike != NULL)
-        return strike_with_contacts(simulation, calls, error);
+    if (simulation->phases.strike[0] != NULL)
+        return strike_with_contacts(simulation, simulation->phases.strike, error);
     kt_simulation_energy before, after = {0.0, 0.0};
     bool changed;
     kt_status status = kt_simulation_begin_jump(simulation, false, &before, error);
@@ -90,7 +159,7 @@ static kt_status strike_drives(kt_simulation *simulation, kt_error *error) {
     const double gain = after.kinetic + after.potential - before.kinetic - before.potential;
     kt_simulation_add_jump(simulation, gain, 0.0, true);
     simulation->memory.powers.sum[1].net -= gain;
-    forget_motion(simulation);
+    kt_phase_forget(simulation);
     return KT_OK;
 }
 

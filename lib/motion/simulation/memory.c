@@ -5,6 +5,7 @@
 #include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"
+#include "evaluate/gaps.h"
 #include "integrator/integrator.h"
 #include "model/switching.h"
 #include "simulation/moreau.h"
@@ -185,7 +186,7 @@ static void measure_simulation(const kt_model *user_model, const kt_simulation_r
     size->user_nq = (size_t)kt_model_nq(user_model);
     size->user_nv = (size_t)kt_model_nv(user_model);
     size->body = (size_t)kt_model_body_count(user_model);
-    size->gap = KT_IS_OF_VALUES ? kt_gap_list(model, NULL) : 0;
+    size->gap = kt_gap_list(model, NULL);
     size->event = settings->options.events > 0 ? (size_t)settings->options.events : 0;
     const size_t contacts = kt_contacts_of(user_model);
     size->event += contacts;
@@ -207,7 +208,6 @@ static void measure_simulation(const kt_model *user_model, const kt_simulation_r
     size->rate = settings->options.acceleration != NULL ? size->nv : 0;
     size->state = size->user_nq + size->user_nv + x;
     size->undo = contacts > 0 ? kt_simulation_undo_size(size) : 0;
-    size->kept = transformed ? size->state : 0;
     size->shown = transformed ? size->user_nq + 2 * size->user_nv : 0;
     size->body_wrench = transformed ? (size_t)kt_model_body_count(model) : 0;
     size->free_reaction = transformed && reacts ? (size_t)kt_loop_count(model) : 0;
@@ -228,6 +228,7 @@ static void measure_most(const kt_model *user_model, const kt_simulation_request
     }
     if (size->mask > 0 && newton_of(settings) != NULL) /* the loops of a mask may leave any number of free velocities */
         size->basis = size->along = size->nv * size->nv;
+    size->parts = kt_simulation_measure_parts(size);
 }
 
 /* ---- layout ------------------------------------------------------------------------------------------------------ */
@@ -342,8 +343,8 @@ static kt_status fill_simulation(kt_simulation *simulation, const kt_simulation_
     simulation->steps_over_contacts = settings->options.contact == KT_CONTACT_STEPS;
     simulation->watches_works = settings->options.watch_works && has_model_equations(settings) &&
                                 settings->options.contact == KT_CONTACT_EVENTS;
-    simulation->lacks_end_stage = KT_IS_OF_VALUES && !kt_simulation_has_end_stage(settings->method);
-    simulation->lacks_inner_stage = KT_IS_OF_VALUES && !kt_simulation_has_inner_stage(settings->method);
+    simulation->lacks_end_stage = !kt_simulation_has_end_stage(settings->method);
+    simulation->lacks_inner_stage = !kt_simulation_has_inner_stage(settings->method);
     find_quaternions(simulation);
     set_records(simulation, settings);
     kt_simulation_follow_model(simulation);
@@ -362,8 +363,8 @@ static kt_status fill_simulation(kt_simulation *simulation, const kt_simulation_
         status = kt_contacts_init(simulation, error);
     if (status == KT_OK && simulation->size.contact > 0) {
         /* The compiled model of masked friction that is released at first is one in which it slips. */
-        simulation->contact_calls->open(simulation);
-        status = simulation->contact_calls->resolve(simulation, error);
+        kt_phase_reset(simulation);
+        status = kt_phase_settle(simulation, error);
     }
     if (simulation->memory.beyond) /* kt_simulation_set_state may follow; otherwise a step or a record reports it */
         status = KT_OK;
@@ -413,6 +414,7 @@ kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_
     (void)lay_out(memory, &sizes);
     kt_simulation *made = memory;
     made->size = sizes;
+    kt_simulation_place_parts(made);
     if (model->variants) {
         if (settings.options.transformation != NULL)
             return kt_error_set(error, KT_ERROR_UNSUPPORTED, "formulation",

@@ -373,14 +373,16 @@ static kt_status commit_steps(kt_simulation *simulation, kt_error *error) {
     return status == KT_OK ? kt_contacts_find_touching(simulation, t, error) : status;
 }
 
-static void follow_nothing(kt_simulation *simulation) { (void)simulation; }
+static bool has_moreau(const kt_simulation *simulation) {
+    return simulation->contacts != NULL && simulation->steps_over_contacts;
+}
 
-const kt_contact_calls kt_moreau_calls = {.open = begin_anew,
-                                          .model = kt_contacts_open_model,
-                                          .resolve = commit_steps,
-                                          .follow = follow_nothing,
-                                          .keep = kt_simulation_keep,
-                                          .undo = kt_simulation_undo_change,
-                                          .renew = kt_contacts_renew_model,
-                                          .begin_record = kt_moreau_begin_record,
-                                          .end_record = kt_moreau_end_record};
+const kt_part kt_moreau_part = {.is_active = has_moreau,
+                                .start = kt_contacts_start,
+                                .rebind = kt_contacts_store_ranks,
+                                .renew = kt_contacts_renew,
+                                .variant = kt_contacts_open_model,
+                                .reset = begin_anew,
+                                .settle = commit_steps,
+                                .begin_record = kt_moreau_begin_record,
+                                .end_record = kt_moreau_end_record};

@@ -83,9 +83,8 @@ size_t kt_moreau_size(const kt_model *model, size_t n);
 /* Prepares a simulation whose contacts are laid out (kt_contacts_init). */
 void kt_moreau_init(kt_simulation *simulation);
 
-/* The steps of the integrator, and the operations on contacts. */
+/* The steps of the integrator. */
 extern const struct kt_leap kt_moreau_leap;
-extern const kt_contact_calls kt_moreau_calls;
 
 /* b' of the equation of a row of a contact, in the state of the last equations; and the rows of an item. */
 double kt_moreau_right(const struct kt_contacts *c, int k, int component);

@@ -11,7 +11,6 @@
 #include "evaluate/evaluate.h"
 #include "simulation/response.h"
 #include "simulation/simulation.h"
-#include "simulation/step_parts.h"
 
 #include <math.h>
 #include <string.h>
@@ -72,14 +71,15 @@ static double time_of_forces(const kt_simulation *simulation, double t) {
 /* Computes the reactions. If forces jump, reactions of hard contacts belong to the step that ends at the jump. */
 static kt_status react(kt_simulation *simulation, const kt_record *record, kt_error *error) {
     double t = time_of_forces(simulation, record->t);
-    const kt_contact_calls *calls = kt_contact_calls_of(simulation);
-    if (calls != NULL && !kt_simulation_is_stepped(simulation))
+    if (simulation->contacts != NULL && !kt_simulation_is_stepped(simulation))
         t = kt_simulation_time_inside(simulation, t);
     kt_status status = kt_simulation_react(simulation, t, simulation->y, error);
     if (status == KT_OK && kt_simulation_is_stepped(simulation))
         status = kt_simulation_date_masses(simulation, record->t, error);
-    const bool checks = calls != NULL && calls->check != NULL && record->index >= 0;
-    return status == KT_OK && checks ? calls->check(simulation, record->t, error) : status;
+    kt_hook_of_check_record *const *hook = simulation->phases.check_record;
+    for (; status == KT_OK && record->index >= 0 && *hook != NULL; hook++)
+        status = (*hook)(simulation, record->t, error);
+    return status;
 }
 
 /* Computes the kinematics and the quantities that follow from them. Energies belong to the model that is integrated. */
@@ -131,16 +131,19 @@ static kt_status report_record(kt_simulation *simulation, bool accelerated, kt_r
 
 /* With time stepping, forces of contacts are loads of the evaluations of a record. */
 static kt_status begin_loads(kt_simulation *simulation, double t, kt_error *error) {
-    const kt_contact_calls *calls = kt_contact_calls_of(simulation);
-    return calls != NULL && calls->begin_record != NULL ? calls->begin_record(simulation, t, error) : KT_OK;
+    kt_status status = KT_OK;
+    for (kt_hook_of_begin_record *const *hook = simulation->phases.begin_record; status == KT_OK && *hook; hook++)
+        status = (*hook)(simulation, t, error);
+    return status;
 }
 
 static kt_status end_loads(kt_simulation *simulation, kt_status status, kt_record *record, kt_error *error) {
-    const kt_contact_calls *calls = kt_contact_calls_of(simulation);
-    if (calls == NULL || calls->end_record == NULL)
-        return status;
-    kt_simulation_inputs_use(simulation);
-    return status == KT_OK && simulation->kinematics ? calls->end_record(simulation, record, error) : status;
+    kt_hook_of_end_record *const *hook = simulation->phases.end_record;
+    if (*hook != NULL)
+        kt_simulation_inputs_use(simulation);
+    for (; status == KT_OK && simulation->kinematics && *hook != NULL; hook++)
+        status = (*hook)(simulation, record, error);
+    return status;
 }
 
 /* Computes the requested quantities of the state in y at any time. */
@@ -199,10 +202,8 @@ kt_status kt_simulation_complete_record(kt_simulation *simulation, kt_status sta
                                         kt_recorder *recorder, void *user, kt_error *error) {
     if (status == KT_OK) {
         kt_simulation_complete_powers(simulation);
-        if (KT_IS_OF_VALUES && simulation->size.gap > 0)
-            status = kt_simulation_check_gaps(simulation, record->t, from);
-        if (status == KT_OK && simulation->breakpoints.fixed)
-            status = kt_simulation_check_breakpoints(simulation, record->t, from);
+        for (kt_hook_of_admit *const *hook = simulation->phases.admit; status == KT_OK && *hook != NULL; hook++)
+            status = (*hook)(simulation, record->t, from);
         if (status == KT_OK)
             status = evaluate_record(simulation, record, from);
         if (status != KT_OK)
@@ -306,7 +307,7 @@ kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_er
     const double *tau = memory->next.torque ? simulation->torque_next : NULL;
     const kt_wrench *external = memory->next.wrenches ? simulation->wrench_next : NULL;
     double t = kt_integrator_time(simulation->integrator);
-    const kt_status status = kt_simulation_check_start(simulation, error);
+    const kt_status status = kt_phase_start(simulation, error);
     if (status != KT_OK)
         return status;
     simulation->cause.code = KT_OK;
@@ -333,7 +334,7 @@ kt_status kt_simulation_hand_over(kt_simulation *simulation, kt_recorder *record
 
 kt_status kt_simulation_begin_run(kt_simulation *simulation, kt_error *error) {
     kt_integrator *integrator = simulation->integrator;
-    const kt_status start = kt_simulation_check_start(simulation, error);
+    const kt_status start = kt_phase_start(simulation, error);
     if (start != KT_OK)
         return start;
     /* A record at the very start belongs to the step that begins there, and so do its torques. A record within the last
@@ -371,8 +372,8 @@ kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void
         return status;
     for (;;) {
         status = kt_simulation_hand_over(simulation, record, user, error);
-        if (status == KT_OK && simulation->memory.fires && simulation->watch != NULL)
-            status = simulation->watch->fire(simulation, record, user, error);
+        if (status == KT_OK)
+            status = kt_simulation_fire(simulation, record, user, error);
         if (status != KT_OK || (simulation->memory.stopped > 0) ||
             !(kt_integrator_time(integrator) < simulation->duration))
             return status;
@@ -440,7 +441,7 @@ static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *f
 kt_status kt_simulation_sense(kt_simulation *simulation, kt_record *record, kt_error *error) {
     if (KT_IS_MISSING(error, simulation, record))
         return KT_ERROR_ARGUMENT;
-    const kt_status start = kt_simulation_check_start(simulation, error);
+    const kt_status start = kt_phase_start(simulation, error);
     if (start != KT_OK)
         return start;
     kt_record now = empty_record(simulation, KT_INDEX_EVENT, kt_integrator_time(simulation->integrator));

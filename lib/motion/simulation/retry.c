@@ -38,7 +38,7 @@ static const double finest = 1.0 / 4096.0;
  * rounding. */
 static const double flight = 1e-9, rounding = 16.0 * DBL_EPSILON;
 
-bool kt_simulation_gains_energy(kt_simulation *simulation) {
+static bool gains_energy(kt_simulation *simulation) {
     const kt_simulation_memory *memory = &simulation->memory;
     const kt_integrator *integrator = simulation->integrator;
     const double t0 = kt_integrator_previous_time(integrator), h = kt_integrator_time(integrator) - t0;
@@ -54,6 +54,18 @@ bool kt_simulation_gains_energy(kt_simulation *simulation) {
     const double growth_of_energy = to.kinetic + to.potential - from.kinetic - from.potential;
     return growth_of_energy >
            flight * (from.kinetic + to.kinetic) + rounding * (fabs(from.potential) + fabs(to.potential));
+}
+
+/* Fails a step along which contacts that slip gained energy, so that it is repeated. */
+kt_status kt_contacts_check_energy(kt_simulation *simulation, kt_step_progress *progress, kt_verdict *verdict,
+                                   kt_error *error) {
+    kt_integrator *integrator = simulation->integrator;
+    (void)progress, (void)verdict, (void)error;
+    if (!gains_energy(simulation))
+        return KT_OK;
+    simulation->cause.code = KT_OK;
+    kt_integrator_retreat(integrator, kt_integrator_time(integrator) - kt_integrator_previous_time(integrator));
+    return KT_ERROR_STEP;
 }
 
 /* The length of the step that failed. A step that is undone is the proposal of the next one. */
@@ -72,11 +84,12 @@ static bool may_pass(const kt_simulation *simulation, kt_status status) {
     return kt_simulation_is_recoverable(cause) && simulation->ahead && status != KT_ERROR_STEP;
 }
 
-void kt_simulation_limit_step(kt_simulation *simulation, double *t_limit) {
+void kt_contacts_limit_step(kt_simulation *simulation, kt_step_progress *progress) {
     double *h = &simulation->memory.shortened;
+    simulation->contacts->retry = (kt_contact_retry){.t_limit = progress->t_limit};
     if (!(*h > 0.0))
         return;
-    *t_limit = fmin(*t_limit, simulation->integrator->memory.t + *h);
+    progress->t_limit = fmin(progress->t_limit, simulation->integrator->memory.t + *h);
     *h = *h < simulation->step ? growth * *h : 0.0;
 }
 
@@ -109,10 +122,11 @@ static bool shorten_step(kt_simulation *simulation, kt_status status, double *t_
     return true;
 }
 
-bool kt_simulation_retry(kt_simulation *simulation, kt_retry *retry, kt_status status, double *t_limit) {
-    if (shorten_step(simulation, status, t_limit))
+bool kt_contacts_retry(kt_simulation *simulation, kt_step_progress *progress, kt_status failed) {
+    kt_contact_retry *retry = &simulation->contacts->retry;
+    if (shorten_step(simulation, failed, &progress->t_limit))
         return true;
     simulation->memory.shortened = 0.0;
-    *t_limit = retry->t_limit;
-    return simulation->contact_calls->free_wedged(simulation, &retry->attempt);
+    progress->t_limit = retry->t_limit;
+    return kt_contacts_free_wedged(simulation, &retry->attempt);
 }

@@ -3,13 +3,22 @@
 #ifndef KT_SIMULATION_SIMULATION_H
 #define KT_SIMULATION_SIMULATION_H
 
+#include "kinetree/expression.h"
 #include "kinetree/integrator.h"
 #include "step/simulation_struct.h"
 
 /* Adds an event whose name is known to be free, and for which there is room. */
 void kt_event_append(kt_simulation *simulation, const kt_event *event);
-/* The handler of events (event.c). */
-extern const kt_event_watch kt_event_watch_all;
+
+/* Lists the hooks of the active parts (part_list.c), after the model or the number of events has changed. */
+void kt_simulation_list_parts(kt_simulation *simulation);
+/* Bytes of the parts' own memory, and its initialisation. */
+size_t kt_simulation_measure_parts(const kt_simulation_sizes *size);
+void kt_simulation_place_parts(kt_simulation *simulation);
+/* The parts, in the files of their features. */
+extern const kt_part kt_input_part, kt_breakpoint_part, kt_missed_end_part, kt_missed_piece_part, kt_gap_part,
+    kt_leap_part, kt_slip_part, kt_event_part, kt_contact_part, kt_moreau_part, kt_count_part, kt_balance_part,
+    kt_power_part, kt_state_part, kt_failure_part;
 
 /* The sizes that differ between the variants of a model (model/switching.h). X(member) */
 #define KT_SIMULATION_OF_MODEL(X) X(gap) X(multiplier) X(free) X(basis) X(along) X(stiffness_work)
@@ -26,17 +35,25 @@ void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model);
  * memory. */
 KT_CHECKED kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error);
 
-/* The operations on hard contacts; NULL: there are none. */
-static inline const kt_contact_calls *kt_contact_calls_of(const kt_simulation *simulation) {
-    return simulation->contacts != NULL ? simulation->contact_calls : NULL;
-}
+/* The model of small motions about the present state, in which all contacts that rest are closed. */
+const kt_model *kt_simulation_resting_model(kt_simulation *simulation);
 
-/* With hard contacts (undo.c): saves the simulation before a change of the state, and restores it. Parameters of the
- * model are not restored. Changes do not nest. simulation_step.c calls both functions with kt_contact_calls. Cost:
- * O(the memory of the integrator). */
+/* A change of the state that may fail although hard contacts have been opened or committed (jump.c). The first function
+ * returns the bytes of simulation->undo. kt_simulation_begin_change stores the persistent state and the integrator.
+ * kt_simulation_end_change restores them if the change failed, and returns its status. Both do nothing without hard
+ * contacts. Parameters of the model are not restored. Changes do not nest. Cost: O(the memory of the integrator). */
 size_t kt_simulation_undo_size(const kt_simulation_sizes *size);
-void kt_simulation_keep(kt_simulation *simulation);
-void kt_simulation_undo_change(kt_simulation *simulation);
+void kt_simulation_begin_change(kt_simulation *simulation);
+kt_status kt_simulation_end_change(kt_simulation *simulation, kt_status status);
+
+/* Hooks of hard contacts (contacts.c, retry.c). Time stepping shares the first one. */
+KT_CHECKED kt_status kt_contacts_start(kt_simulation *simulation, kt_error *error);
+void kt_contacts_limit_step(kt_simulation *simulation, kt_step_progress *progress);
+KT_CHECKED kt_status kt_contacts_check_energy(kt_simulation *simulation, kt_step_progress *progress,
+                                              kt_verdict *verdict, kt_error *error);
+bool kt_contacts_retry(kt_simulation *simulation, kt_step_progress *progress, kt_status failed);
+/* Frees a contact that friction wedges, from the attempt *attempt on. Returns whether a step may be tried. */
+bool kt_contacts_free_wedged(kt_simulation *simulation, int *attempt);
 
 /* Kinetic energy, and potential energy including the energy that effects store, in the state y. */
 typedef struct kt_simulation_energy {
@@ -71,9 +88,6 @@ static inline bool kt_simulation_accounts(const kt_simulation *simulation) {
 /* Writes the state at a time within the last step, with closed loops, to `y`. */
 KT_CHECKED kt_status kt_simulation_between(kt_simulation *simulation, double t, kt_error *error);
 
-/* After a step with a balance: integrates the powers along the step, if the work done is less accurate than the
- * tolerances require. */
-void kt_simulation_refine_works(kt_simulation *simulation);
 /* The work done at a time within a refined step, or at its end. Returns false if the work cannot be computed. */
 bool kt_simulation_works_at(kt_simulation *simulation, double t, kt_work *work);
 /* The powers in a state y, under the inputs of the last step. Returns the values of a callback. */
@@ -94,8 +108,6 @@ static inline kt_status kt_simulation_date_masses(const kt_simulation *simulatio
 void kt_simulation_take_power(kt_simulation *simulation, const double *y, const double *dydt, kt_power power);
 /* Notes a power at the present time, once (power_points.c). */
 void kt_simulation_note_power(kt_simulation *simulation, kt_power power);
-/* Notes the power at the end of a step. */
-void kt_simulation_end_powers(kt_simulation *simulation);
 /* Adds the powers of the present time if these are missing: before a record, before new inputs, and before a jump. */
 void kt_simulation_add_missing_powers(kt_simulation *simulation);
 static inline void kt_simulation_complete_powers(kt_simulation *simulation) {
@@ -132,13 +144,11 @@ KT_CHECKED kt_status kt_simulation_project(kt_simulation *simulation, double t, 
  * t, this time is on the side of the step. */
 double kt_simulation_closing_time(const kt_simulation *simulation, double t);
 
-/* The next four functions serve simulations with a transformation (user_model.c). Only the third one may be called
+/* The next three functions serve simulations with a transformation (user_model.c). Only the second one may be called
  * without a transformation.
  *
  * Converts forces on the user model, which has some, to wrenches on the bodies of the model at its positions q. */
 void kt_simulation_inputs(kt_simulation *simulation, const double *q, const double **tau, const kt_wrench **external);
-/* Updates `state`, the user model's state, after a step. */
-void kt_simulation_sync(kt_simulation *simulation);
 /* Converts a state near the current time, and accelerations (or NULL), to the user model's coordinates. */
 void kt_simulation_export(kt_simulation *simulation, double t, const double *y, const double *a, const double **q,
                           const double **v, const double **exported_a);
@@ -180,25 +190,15 @@ KT_INNER double kt_simulation_shortest_feature(const kt_model *model, double dur
  * requested. At a breakpoint with a jump of the accelerations, the function discards the slopes of earlier steps and
  * the last step's interpolant. If the speed of a drive jumps, velocities jump with it (jump.c). The second function, a
  * part of the first one, finds the next breakpoint if the present time is beyond the last breakpoint. Returns whether
- * the accelerations jump at the present time, and in *strikes whether the speed of a drive jumps. The third function
- * reduces *t_limit to the next breakpoint if that comes first. */
+ * the accelerations jump at the present time, and in *strikes whether the speed of a drive jumps. */
 KT_CHECKED kt_status kt_simulation_pass_breakpoint(kt_simulation *simulation, kt_error *error);
 /* Must precede another jump of the state: if the speed of a drive jumps at the present time, applies this jump first.
  * The jump remains applied if the other jump fails. */
 KT_CHECKED kt_status kt_simulation_strike_due(kt_simulation *simulation, kt_error *error);
 bool kt_simulation_pass_piece(kt_simulation *simulation, bool *strikes);
-void kt_simulation_clip_step(kt_simulation *simulation, double *t_limit);
 
 /* Whether the method has a stage between the ends of its steps. */
 bool kt_simulation_has_inner_stage(const kt_method *method);
-
-/* Undoes a step of a method without a stage at its end, if a function of time changes behind the last stage. Returns
- * whether the step was undone; then *t_limit is the end of the next step. */
-bool kt_simulation_reject_missed(kt_simulation *simulation, double *t_limit);
-
-/* With fixed steps: rejects a record at t, in the last step, if no stage has sampled a change of a function in this
- * step. */
-KT_CHECKED kt_status kt_simulation_check_breakpoints(kt_simulation *simulation, double t, kt_error *error);
 
 /* After a checkpoint: restores the breakpoints at both ends of the step that ended at the present time. */
 void kt_simulation_recall_breakpoints(kt_simulation *simulation);
@@ -209,26 +209,8 @@ void kt_simulation_forget_breakpoints(kt_simulation *simulation);
  * jump. */
 void kt_simulation_renew_breakpoints(kt_simulation *simulation);
 
-/* Contacts and stops that a step has leapt over (gap.c), in models with such effects. */
-bool kt_simulation_has_end_stage(const kt_method *method); /* whether a stage is at the end of each step */
-/* Finds the gaps at the present time, before a step. */
-void kt_simulation_begin_gaps(kt_simulation *simulation);
-/* After a step: returns false if nothing was leapt over. Otherwise undoes the step, and *t_limit is the new end. */
-bool kt_simulation_reject_leap(kt_simulation *simulation, double *t_limit);
-/* Rejects a record at t, with its state in y, if an effect on one side of a boundary acts at t, but at neither end of
- * the step. */
-KT_CHECKED kt_status kt_simulation_check_gaps(kt_simulation *simulation, double t, kt_error *error);
-
-/* Distances from boundaries (clearance.c). swept: data hold the motion of the links that carry forces. */
-/* Measures the present distances, since parameters may have changed. Cost: O(effects). */
-void kt_simulation_begin_clearances(kt_simulation *simulation, bool swept);
-/* Measures the distances at the end of a step of length h. Returns whether the step may have reached a boundary. Cost:
- * O(effects). */
-bool kt_simulation_measure_clearances(kt_simulation *simulation, bool swept, double h);
-/* Whether the step may have reached the boundary of effect k. Cost: O(1). */
-bool kt_simulation_reaches_gap(const kt_simulation *simulation, size_t k, double h);
-/* Passes the distances at the end of a step to the beginning of the next step. Cost: O(1). */
-void kt_simulation_pass_clearances(kt_simulation *simulation);
+/* Whether a method has a stage at the end of each step (gap.c). */
+bool kt_simulation_has_end_stage(const kt_method *method);
 
 /* Adds the iterations and crossings since the last call to the counts. */
 void kt_simulation_count(kt_simulation *simulation);
@@ -248,13 +230,12 @@ KT_CHECKED kt_status kt_simulation_record_event(kt_simulation *simulation, const
 KT_CHECKED kt_status kt_simulation_require_outermost(const kt_simulation *simulation, const char *call,
                                                      kt_error *error);
 
-/* Takes one step. Records are not handed over, and events at the end of the step have not taken effect
- * (memory.fires). */
-KT_CHECKED kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error);
+/* Applies the events that happened at the present time and have not taken effect yet (event.c): the events of the last
+ * step, or the events that a previous call did not apply. Hands their records to the recorder, unless that is NULL. */
+KT_CHECKED kt_status kt_simulation_fire(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error);
 
-/* The end of kt_simulation_take_step, with the status of the integrator's step and its error `from`. */
-KT_CHECKED kt_status kt_simulation_end_step(kt_simulation *simulation, kt_status status, const kt_error *from,
-                                            kt_error *error);
+/* The end of the period that begins now: start + k period, if now is start + (k - 1) period up to rounding. */
+double kt_simulation_period_end(const kt_simulation *simulation, double period);
 
 /* The part of kt_simulation_run before its first record. */
 KT_CHECKED kt_status kt_simulation_begin_run(kt_simulation *simulation, kt_error *error);
@@ -283,11 +264,6 @@ KT_CHECKED kt_status kt_simulation_hand_over(kt_simulation *simulation, kt_recor
 /* The body whose joint has the component `at` of the state y; 0: none. */
 int kt_simulation_body_of(const kt_simulation *simulation, size_t at);
 
-/* kt_contact_calls.gains, .limit and .retry (retry.c). */
-bool kt_simulation_gains_energy(kt_simulation *simulation);
-void kt_simulation_limit_step(kt_simulation *simulation, double *t_limit);
-bool kt_simulation_retry(kt_simulation *simulation, kt_retry *retry, kt_status status, double *t_limit);
-
 /* Parts of the search of events (event_chain.c). The first function stores the error of an event, unless the cause of a
  * failed evaluation is known. The second function returns whether a contact changes its side within the last step, but
  * not at the instant that is due. */
@@ -302,10 +278,7 @@ bool kt_simulation_hides_contact(const kt_simulation *simulation, size_t k, bool
 /* Whether a smaller step may avoid an error. */
 bool kt_simulation_is_recoverable(kt_status status);
 
-/* Reports an error of the integrator or of a callback, preceded by the time. The function for steps,
- * kt_simulation_fail_step, adds a remedy. Its argument `near` is true if the step computed accelerations next to a
- * singular position. */
-kt_status kt_simulation_fail_step(kt_simulation *simulation, const kt_error *from, bool near, kt_error *error);
+/* Reports an error of the integrator or of a callback, preceded by the time. */
 kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *from, kt_error *error);
 /* Adds the cause to an error that a flat disc produces. */
 kt_status kt_simulation_explain_disc(kt_simulation *simulation, kt_status status, kt_error *error);

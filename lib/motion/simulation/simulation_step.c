@@ -6,7 +6,6 @@
 #include "integrator/integrator.h"
 #include "simulation/response.h"
 #include "simulation/simulation.h"
-#include "simulation/step_parts.h"
 
 #include <float.h>
 #include <math.h>
@@ -82,108 +81,21 @@ kt_simulation_counts kt_simulation_counts_of(const kt_simulation *simulation) {
     return counts;
 }
 
-/* ---- steps ------------------------------------------------------------------------------------------------------- */
-
-kt_status kt_simulation_end_step(kt_simulation *simulation, kt_status status, const kt_error *from, kt_error *error) {
+static void count_step(kt_simulation *simulation) {
     const uint64_t before = simulation->memory.crossings.near;
-    if (simulation->groups > 0)
-        kt_simulation_count(simulation);
-    if (status != KT_OK)
-        return kt_simulation_fail_step(simulation, from, simulation->memory.crossings.near > before, error);
-    if (simulation->size.panel > 0)
-        kt_simulation_refine_works(simulation);
-    if (simulation->watches_works)
-        kt_simulation_end_powers(simulation);
-    if (simulation->transformation == NULL)
-        memcpy(simulation->state, simulation->integrator->y, simulation->size.state * sizeof(double));
-    else
-        kt_simulation_sync(simulation);
-    return KT_OK;
+    kt_simulation_count(simulation);
+    simulation->near_singular = simulation->memory.crossings.near > before;
 }
 
-kt_status kt_simulation_begin_step(kt_simulation *simulation, double *t_limit, kt_error *from) {
-    simulation->cause.code = KT_OK;
-    kt_status status = simulation->memory.pending ? kt_simulation_inputs_commit(simulation, from) : KT_OK;
-    if (status == KT_OK && simulation->breakpoints.any) {
-        status = kt_simulation_pass_breakpoint(simulation, from);
-        simulation->integrator->until =
-            isfinite(*t_limit) ? *t_limit : 0.0; /* progress is judged by the whole motion */
-        kt_simulation_clip_step(simulation, t_limit);
-    }
-    return status;
-}
+static bool has_groups(const kt_simulation *simulation) { return simulation->groups > 0; }
 
-kt_status kt_simulation_begin_watch(kt_simulation *simulation, kt_error *error) {
-    simulation->event_searched = false;
-    return simulation->watch != NULL ? simulation->watch->begin(simulation, error) : KT_OK;
-}
+const kt_part kt_count_part = {.is_active = has_groups, .count = count_step};
 
-void kt_simulation_begin_try(kt_simulation *simulation) {
-    if (KT_IS_OF_VALUES && simulation->watches_gaps && simulation->gap_time != simulation->integrator->memory.t)
-        kt_simulation_begin_gaps(simulation);
-}
-
-kt_status kt_simulation_check_step(kt_simulation *simulation, int repetition, double *t_limit, bool *again,
-                                   kt_error *error) {
-    *again = KT_IS_OF_VALUES && ((simulation->watches_ends && kt_simulation_reject_missed(simulation, t_limit)) ||
-                                 (simulation->watches_gaps && kt_simulation_reject_leap(simulation, t_limit)));
-    return !*again && simulation->watch != NULL
-               ? simulation->watch->reject_step(simulation, repetition, t_limit, again, error)
-               : KT_OK;
-}
-
-/* Takes a step. A step that leapt over a contact or a stop is repeated up to that, a step with an event up to the
- * event. */
-static kt_status try_watched_step(kt_simulation *simulation, double t_limit, kt_error *error) {
-    kt_status status = kt_simulation_begin_watch(simulation, error);
-    bool again = true;
-    for (int repetition = 0; status == KT_OK && again; repetition++) {
-        kt_simulation_begin_try(simulation);
-        status = kt_integrator_take_step(simulation->integrator, t_limit, error);
-        if (status == KT_OK)
-            status = kt_simulation_check_step(simulation, repetition, &t_limit, &again, error);
-    }
-    return status;
-}
-
-/* If a step on hard contacts fails, a shorter step, or a step after an impulse, may succeed. */
-static kt_status take_watched_step(kt_simulation *simulation, double t_limit, kt_error *error) {
-    kt_retry retry = {.t_limit = t_limit};
-    const bool retries = simulation->contacts != NULL && simulation->contact_calls->retry != NULL;
-    if (retries)
-        simulation->contact_calls->limit(simulation, &t_limit);
-    kt_status status = try_watched_step(simulation, t_limit, error);
-    while (status != KT_OK && retries && !simulation->integrator->used_up &&
-           simulation->contact_calls->retry(simulation, &retry, status, &t_limit)) {
-        simulation->cause.code = error->code = KT_OK;
-        status = try_watched_step(simulation, t_limit, error);
-    }
-    return status;
-}
-
-kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error) {
-    kt_error from = {0};
-    kt_status status = kt_simulation_check_start(simulation, error);
-    if (status != KT_OK)
-        return status;
-    status = kt_simulation_begin_step(simulation, &t_limit, &from);
-    if (status == KT_OK)
-        status =
-            (KT_IS_OF_VALUES && (simulation->watches_gaps || simulation->watches_ends)) || (simulation->watch != NULL)
-                ? take_watched_step(simulation, t_limit, &from)
-                : kt_integrator_take_step(simulation->integrator, t_limit, &from);
-    return kt_simulation_end_step(simulation, status, &from, error);
-}
-
-kt_status kt_simulation_fire(kt_simulation *simulation, kt_error *error) {
-    return simulation->memory.fires && simulation->watch != NULL
-               ? simulation->watch->fire(simulation, NULL, NULL, error)
-               : KT_OK;
-}
+/* ---- steps ------------------------------------------------------------------------------------------------------- */
 
 static kt_status step_and_fire(kt_simulation *simulation, double t_limit, kt_error *error) {
     const kt_status status = kt_simulation_take_step(simulation, t_limit, error);
-    return status == KT_OK ? kt_simulation_fire(simulation, error) : status;
+    return status == KT_OK ? kt_simulation_fire(simulation, NULL, NULL, error) : status;
 }
 
 /* Begins and ends a call that may take steps_per_call steps. */
@@ -216,7 +128,7 @@ kt_status kt_simulation_step(kt_simulation *simulation, double t_limit, kt_error
         return kt_error_set(error, KT_ERROR_ARGUMENT, "t_limit", "%.17g s is not after the current time, %.17g s",
                             t_limit, t);
     begin_call(simulation);
-    kt_status status = kt_simulation_fire(simulation, error);
+    kt_status status = kt_simulation_fire(simulation, NULL, NULL, error);
     if (status == KT_OK && (simulation->memory.stopped == 0))
         status = step_and_fire(simulation, t_limit, error);
     return end_call(simulation, status);
@@ -231,7 +143,7 @@ kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_erro
                             "%.17g s must be a time not before the current one, %.17g s", t_end, t);
     begin_call(simulation);
     simulation->memory.event_many = 0; /* each call may take so many instants (event_chain.c) */
-    kt_status status = kt_simulation_fire(simulation, error);
+    kt_status status = kt_simulation_fire(simulation, NULL, NULL, error);
     while (status == KT_OK && (simulation->memory.stopped == 0) && kt_integrator_time(simulation->integrator) < t_end)
         status = step_and_fire(simulation, t_end, error);
     return end_call(simulation, status);
@@ -275,7 +187,6 @@ static void forget_events(kt_simulation *simulation) {
     for (size_t k = 0; k < simulation->event_count; k++)
         simulation->event_memory[k] =
             (kt_event_memory){.breakpoint = (double)NAN, .off = simulation->event_memory[k].off};
-    simulation->event_time = (double)NAN;
     m->fires = m->stopped = 0;
     m->event_instants = m->event_row = m->event_shrinking = 0;
     m->event_many = m->event_missed = m->event_cuts = m->breakpoints = 0;
@@ -287,8 +198,7 @@ static kt_status start_closed_at(kt_simulation *simulation, double t, double *q,
     kt_status status;
     simulation->cached = KT_CACHED_NOTHING;
     simulation->memory.released = simulation->contact_released;
-    if (simulation->contacts != NULL)
-        simulation->contact_calls->open(simulation);
+    kt_phase_reset(simulation);
     simulation->memory.contacts = (kt_contact_counts){.count = simulation->memory.contacts.count};
     for (size_t k = 0; k < simulation->size.contacts; k++)
         simulation->contact_state[k].counted = false;
@@ -301,7 +211,7 @@ static kt_status start_closed_at(kt_simulation *simulation, double t, double *q,
     }
     if (status != KT_OK)
         return status;
-    simulation->gap_time = (double)NAN;
+    kt_phase_forget(simulation);
     kt_simulation_forget_breakpoints(simulation);
     simulation->memory.iterations = (kt_iterations){0, 0, 0, 0};
     simulation->memory.crossings = (kt_crossings){.near = 0};
@@ -314,26 +224,6 @@ static kt_status start_closed_at(kt_simulation *simulation, double t, double *q,
 }
 
 bool kt_simulation_is_stepped(const kt_simulation *simulation) { return simulation->steps_over_contacts; }
-
-/* Resolves hard contacts that touch in a state that has been set. */
-static kt_status commit_contacts(kt_simulation *simulation, kt_error *error) {
-    const kt_contact_calls *calls = kt_contact_calls_of(simulation);
-    return calls != NULL ? calls->resolve(simulation, error) : KT_OK;
-}
-
-/* Begins a change of the state. If the change fails, end_change restores the state before it. */
-static void begin_change(kt_simulation *simulation) {
-    const kt_contact_calls *calls = kt_contact_calls_of(simulation);
-    if (calls != NULL)
-        calls->keep(simulation);
-}
-
-static kt_status end_change(kt_simulation *simulation, kt_status status) {
-    const kt_contact_calls *calls = kt_contact_calls_of(simulation);
-    if (status != KT_OK && calls != NULL)
-        calls->undo(simulation);
-    return status;
-}
 
 static kt_status set_closed_state(kt_simulation *simulation, double t, const double *q, const double *v,
                                   kt_error *error) {
@@ -357,7 +247,7 @@ static kt_status set_closed_state(kt_simulation *simulation, double t, const dou
     simulation->memory.factorizations = simulation->memory.balance_evaluations = simulation->memory.joined = 0;
     simulation->memory.refined = false;
     kt_simulation_skip_records(simulation);
-    return commit_contacts(simulation, error);
+    return kt_phase_settle(simulation, error);
 }
 
 kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q, const double *v,
@@ -365,8 +255,8 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
     if (KT_IS_MISSING(error, simulation, q || !simulation->size.user_nq) ||
         kt_simulation_require_outermost(simulation, __func__, error) != KT_OK)
         return KT_ERROR_ARGUMENT;
-    begin_change(simulation);
-    return end_change(simulation, set_closed_state(simulation, t, q, v, error));
+    kt_simulation_begin_change(simulation);
+    return kt_simulation_end_change(simulation, set_closed_state(simulation, t, q, v, error));
 }
 
 /* Writes the final state of a jump to y, with closed loops. */
@@ -448,10 +338,9 @@ static kt_status move_to_change(kt_simulation *simulation, const instant_change 
                                 const kt_simulation_energy *before, kt_error *error) {
     kt_simulation_energy after = {0.0, 0.0};
     simulation->cached = KT_CACHED_NOTHING;
-    const kt_contact_calls *calls = kt_contact_calls_of(simulation);
     const bool keeps_forces = kt_simulation_is_stepped(simulation) && change->q == NULL; /* those of the last step */
-    if (calls != NULL && !keeps_forces)
-        calls->open(simulation);
+    if (!keeps_forces)
+        kt_phase_reset(simulation);
     kt_status status = close_jump_state(simulation, change->q, change->v, error);
     if (status == KT_OK && change->x != NULL)
         memcpy(simulation->y + simulation->size.nq + simulation->size.nv, change->x,
@@ -464,7 +353,7 @@ static kt_status move_to_change(kt_simulation *simulation, const instant_change 
                            false);
     status = kt_simulation_land(simulation, simulation->transformation ? simulation->shown : simulation->y, before,
                                 &after, error);
-    return status == KT_OK ? commit_contacts(simulation, error) : status;
+    return status == KT_OK ? kt_phase_settle(simulation, error) : status;
 }
 
 static kt_status jump(kt_simulation *simulation, const instant_change *change, kt_error *error) {
@@ -472,7 +361,7 @@ static kt_status jump(kt_simulation *simulation, const instant_change *change, k
     kt_status status = kt_simulation_strike_due(simulation, error);
     if (status != KT_OK)
         return status;
-    begin_change(simulation);
+    kt_simulation_begin_change(simulation);
     status = kt_simulation_begin_jump(simulation, false, &before, error);
     if (status == KT_OK)
         status = exchange_parameters(change, error);
@@ -481,7 +370,7 @@ static kt_status jump(kt_simulation *simulation, const instant_change *change, k
         if (status != KT_OK)
             undo_parameters(change->model, change->parameters, change->count);
     }
-    return end_change(simulation, status);
+    return kt_simulation_end_change(simulation, status);
 }
 
 kt_status kt_simulation_jump(kt_simulation *simulation, const double *q, const double *v, kt_error *error) {

@@ -23,7 +23,6 @@
 #include "integrator/integrator.h"
 #include "model/switching.h"
 #include "simulation/simulation.h"
-#include "simulation/step_parts.h"
 
 #include <float.h>
 #include <math.h>
@@ -311,28 +310,11 @@ void kt_simulation_follow_model(kt_simulation *simulation) {
         adapts ? simulation->options.breakpoint != NULL || breakpoints
                : !simulation->steps_over_contacts && kt_simulation_has_motion_breakpoints(simulation->model);
     simulation->breakpoints.fixed = !adapts && breakpoints;
-    simulation->watches_gaps = adapts && simulation->size.gap > 0;
     simulation->watches_ends = breakpoints && adapts && simulation->lacks_end_stage;
-    if (KT_IS_OF_VALUES && simulation->size.gap > 0)
-        (void)kt_gap_list(simulation->model, simulation->gap_source);
-    simulation->gap_time = simulation->event_time = (double)NAN;
+    simulation->near_singular = false;
     kt_simulation_renew_breakpoints(simulation);
+    kt_simulation_list_parts(simulation);
+    kt_phase_rebind(simulation);
 }
 
-void kt_simulation_renew_model(const kt_simulation *simulation) {
-    const kt_model *model = simulation->model;
-    if (simulation->contacts != NULL && model->revision != kt_variants_model(model->variants, 0)->revision)
-        simulation->contact_calls->renew(simulation);
-    (void)simulation;
-}
-
-kt_status kt_simulation_check_start(kt_simulation *simulation, kt_error *error) {
-    if (simulation->contacts != NULL)
-        kt_simulation_renew_model(simulation);
-    if (simulation->memory.beyond) {
-        simulation->memory.beyond = false;
-        return simulation->contact_calls->resolve(simulation, error);
-    }
-    (void)simulation, (void)error;
-    return KT_OK;
-}
+void kt_simulation_renew_model(const kt_simulation *simulation) { kt_phase_renew(simulation); }

@@ -17,6 +17,7 @@
 #include "base/where.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"
+#include "evaluate/gaps.h"
 #include "integrator/integrator.h"
 #include "model/switching.h"
 #include "simulation/simulation.h"
@@ -29,8 +30,6 @@ void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model) 
     kt_integrator *integrator = simulation->integrator;
     kt_data_rebind(model, simulation->data);
     simulation->model = simulation->user_model = model;
-    if (simulation->contacts != NULL)
-        simulation->contact_calls->follow(simulation);
     size->gap = kt_gap_list(model, NULL);
     if ((simulation->record & KT_RECORD_REACTIONS) != 0)
         size->multiplier = (size_t)kt_model_mobility(model).equations;
@@ -99,8 +98,8 @@ static kt_status close_switched_state(kt_simulation *simulation, const kt_simula
 }
 
 static const kt_model *model_of_set(kt_simulation *simulation, uint64_t set) {
-    return simulation->contacts == NULL ? kt_model_switched(simulation->model, set)
-                                        : simulation->contact_calls->model(simulation, set);
+    kt_hook_of_variant *variant = simulation->phases.variant[0];
+    return variant == NULL ? kt_model_switched(simulation->model, set) : variant(simulation, set);
 }
 
 kt_status kt_simulation_set_switches(kt_simulation *simulation, uint64_t set, double *loss, kt_error *error) {
@@ -133,5 +132,5 @@ kt_status kt_simulation_set_switches(kt_simulation *simulation, uint64_t set, do
     simulation->memory.set = set;
     if (loss != NULL)
         *loss = before.kinetic - after.kinetic;
-    return simulation->contacts != NULL ? simulation->contact_calls->resolve(simulation, error) : KT_OK;
+    return kt_phase_settle(simulation, error);
 }

@@ -44,7 +44,8 @@ static void evaluate_work_watch(kt_simulation *simulation, double at) {
         kt_simulation_note_power(simulation, power);
 }
 
-void kt_simulation_end_powers(kt_simulation *simulation) {
+/* Notes the power at the end of a step. */
+static void end_powers(kt_simulation *simulation) {
     const double *slope = kt_integrator_known_derivative(simulation->integrator), *evaluated = simulation->end_slope;
     const double t = kt_integrator_time(simulation->integrator);
     const bool jumps = simulation->breakpoints.any && t == simulation->breakpoints.end;
@@ -54,6 +55,10 @@ void kt_simulation_end_powers(kt_simulation *simulation) {
     else if (slope != NULL || jumps) /* else the first evaluation of the next step is at this state */
         evaluate_work_watch(simulation, jumps ? simulation->breakpoints.before : t);
 }
+
+static bool watches_works(const kt_simulation *simulation) { return simulation->watches_works; }
+
+const kt_part kt_power_part = {.is_active = watches_works, .finish = end_powers};
 
 void kt_simulation_add_missing_powers(kt_simulation *simulation) {
     const kt_power_points *p = &simulation->memory.powers;

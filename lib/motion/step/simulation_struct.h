@@ -5,15 +5,16 @@
 #define KT_STEP_SIMULATION_STRUCT_H
 
 #include "base/arena.h"
-#include "evaluate/gaps.h"
 #include "kinetree/equations.h"
 #include "kinetree/integrator.h"
 #include "kinetree/simulation.h"
 #include "kinetree/stability.h"
 #include "model/model.h"
 #include "model/switching.h"
+#include "step/phases.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 
 /* The inputs of a step: torques in joints, wrenches on bodies. */
@@ -186,56 +187,44 @@ typedef struct kt_work_panel {
 /* The number of models of sets of contacts that a simulation has room for (contact/model.c). */
 enum { KT_CONTACT_MASKS = 3 };
 
+struct kt_gaps;     /* gap.h */
 struct kt_contacts; /* contact.c */
 struct kt_moreau;   /* moreau.c */
 #define KT_SIMULATION_CONTACTS(X)                                                                                      \
     X(char, contact_memory, size->contact, "hard contacts")                                                            \
-    X(kt_contact_memory, contact_state, size->contacts, "of hard contacts; part of a checkpoint")                      \
     X(char, moreau_memory, size->moreau, "of time stepping")                                                           \
     X(char, mask_memory, KT_CONTACT_MASKS * size->mask, "models of sets of contacts between none and all")             \
-    X(double, ranks, size->ranks / sizeof(double), "scratch: of a mask")                                               \
-    X(char, undo, size->undo, "scratch: all that a change of the state writes, as it was before")
+    X(char, undo, size->undo, "scratch: all that a change of the state writes, as it was before (jump.c)")
 
 #define KT_SIMULATION_STATICS(X)                                                                                       \
     X(double, balanced, size->balanced, "quasi-statics: the state of an evaluation, its forces balanced")
 
-/* A gap that is computed only if a step may have reached the boundary. */
-typedef struct kt_known_gap {
-    kt_gap gap;
-    bool known;
-} kt_known_gap;
-
-#define KT_SIMULATION_CLEARANCES(X)                                                                                    \
-    X(double, stop_lower, size->gap, "of stops, as their effects have them")                                           \
-    X(double, stop_upper, size->gap, "likewise")                                                                       \
-    X(double, clearance_begin, 2 * size->gap, "at gap_time: distances of effects; no less than their speeds")          \
-    X(double, clearance_end, 2 * size->gap, "scratch: where a step ends, likewise")
+/* The persistent state of all parts, which determines the continuation of the run together with the integrator. These
+ * arrays follow `memory`, the last member of the struct, without other data in between. Checkpoints and undone changes
+ * copy this block as a whole. */
+#define KT_SIMULATION_STATE(X)                                                                                         \
+    X(double, torque, size->user_nv, "held during the last step")                                                      \
+    X(double, torque_next, size->user_nv, "to be held from the next step on")                                          \
+    X(kt_wrench, wrench, size->body, "held during the last step")                                                      \
+    X(kt_wrench, wrench_next, size->body, "to be held from the next step on")                                          \
+    X(double, state, size->state, "q, v and x of the user model at the current time")                                  \
+    X(double, ranks, size->ranks / sizeof(double), "of the present model, if that is a mask; else zeros")              \
+    X(kt_contact_memory, contact_state, size->contacts, "of hard contacts")                                            \
+    X(kt_event_memory, event_memory, size->event, "of events")                                                         \
+    X(kt_event_root, event_root, size->event, "of events in the last step")
 
 /* Every array of a simulation: type, name, count, meaning. One list declares, measures and places. */
 #define KT_SIMULATION_FIELDS(X)                                                                                        \
-    KT_SIMULATION_CLEARANCES(X)                                                                                        \
-    X(kt_gap_source, gap_source, size->gap, "effects that act on one side of a boundary")                              \
-    X(kt_known_gap, gap_begin, size->gap, "gaps of effects at gap_time, of some")                                      \
-    X(kt_known_gap, gap_end, size->gap, "scratch: where a step ends, of those that it may have reached")               \
-    X(kt_gap, gap_middle, size->gap, "scratch: in its middle")                                                         \
-    X(kt_gap, gap_inside, size->gap, "scratch: anywhere in it")                                                        \
-    X(kt_gap, gap_record, size->gap, "scratch: at a record")                                                           \
+    KT_SIMULATION_STATE(X)                                                                                             \
     X(kt_event, event, size->event, "in the order in which they were added")                                           \
-    X(kt_event_memory, event_memory, size->event, "part of a checkpoint")                                              \
-    X(kt_event_root, event_root, size->event, "in the last step; part of a checkpoint")                                \
     X(kt_event_search, event_search, size->event, "scratch")                                                           \
     X(double, event_value, KT_EVENT_VALUES * size->event, "at event_time, and along a panel of the last step")         \
     X(double, y, size->n, "state of a record, and scratch")                                                            \
     X(double, a, size->nv, "acceleration of a record")                                                                 \
     X(double, rate, size->rate, "velocities that positions follow, of the caller's right-hand side")                   \
-    X(double, torque, size->user_nv, "held during the last step")                                                      \
-    X(double, torque_next, size->user_nv, "to be held from the next step on")                                          \
-    X(kt_wrench, wrench, size->body, "held during the last step")                                                      \
-    X(kt_wrench, wrench_next, size->body, "to be held from the next step on")                                          \
     X(kt_wrench, reaction, size->reaction, "of a record, in joints")                                                   \
     X(kt_wrench, loop_reaction, size->loop_reaction, "of a record, in loops")                                          \
     X(double, multiplier, size->multiplier, "of a record, of all equations")                                           \
-    X(double, state, size->state, "q and v of the user model at the current time")                                     \
     X(double, shown, size->shown, "transformed: q, v and a of the user model, of a record")                            \
     X(kt_wrench, body_wrench, size->body_wrench, "transformed: on the bodies of the model")                            \
     X(kt_wrench, free_reaction, size->free_reaction, "transformed: of a record, in all loops of the model")            \
@@ -245,10 +234,11 @@ typedef struct kt_known_gap {
     KT_SIMULATION_STATICS(X)                                                                                           \
     KT_NEWTON_ARRAYS(X)                                                                                                \
     KT_SIMULATION_CONTACTS(X)                                                                                          \
+    X(char, part_memory, size->parts, "the parts' own")                                                                \
     X(char, data_memory, size->data, "the model's data")                                                               \
     X(char, integrator_memory, size->integrator, "the integrator")
 
-typedef struct kt_simulation_sizes {
+struct kt_simulation_sizes {
     size_t nq, nv;
     size_t x;    /* auxiliary states */
     size_t work; /* index in y of the work done, dissipated and supplied: nq + nv + x, or 1 if that is 0 */
@@ -265,84 +255,28 @@ typedef struct kt_simulation_sizes {
     size_t ranks;
     size_t balanced; /* n if coordinates move no mass, so that their forces are balanced in every state; else 0 */
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
+    size_t parts; /* bytes of the parts' own memory */
     size_t panel; /* 1 if a balance is computed with adaptive steps, else 0 */
     size_t free, states, basis, along, turning, vectors, stiffness_work; /* 0 except with an implicit method */
     bool reduced;        /* implicit method: its matrices act on the velocities that the loops leave free */
     bool all_directions; /* implicit method: its Jacobian is exact across the loops, too */
     size_t rate;         /* 0 without a right-hand side of the caller's */
     size_t state;        /* user_nq + user_nv + x */
-    size_t kept;         /* the first numbers of `state` that a checkpoint holds */
     size_t shown, body_wrench, free_reaction, user_data; /* 0 without a transformation */
-} kt_simulation_sizes;
+};
 
-/* The event handler (event.c). A simulation without events has no handler, and a program that adds no event does not
- * link the handler. */
-typedef struct kt_event_watch {
-    /* Evaluates events before a step. */
-    kt_status (*begin)(kt_simulation *simulation, kt_error *error);
-    /* Searches events after a step. If an event happened within the step, the step is undone, *t_limit is its new end,
-     * and *again is true. */
-    kt_status (*reject_step)(kt_simulation *simulation, int repetition, double *t_limit, bool *again, kt_error *error);
-    /* Applies the events that happened at the present time (memory.fires). Hands their records to the recorder, unless
-     * that is NULL. */
-    kt_status (*fire)(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error);
-    /* Computes the value of event k in any state y. */
-    kt_status (*value)(kt_simulation *simulation, size_t k, double t, const double *y, double *value, kt_error *error);
-} kt_event_watch;
-
-/* The tries of a step that failed (simulation/retry.c). */
-typedef struct kt_retry {
-    double t_limit; /* of the whole step */
-    int attempt;    /* to free a contact that friction wedges, the next one */
-} kt_retry;
-
-/* The operations on hard contacts (simulation/contacts.c). */
-typedef struct kt_contact_calls {
-    /* Opens all contacts, before a state is set that may lie anywhere. */
-    void (*open)(kt_simulation *simulation);
-    /* The model of a set in which all contacts are open (kt_contacts_open_model). */
-    const kt_model *(*model)(kt_simulation *simulation, uint64_t set);
-    /* The model of small motions about the present state (kt_contacts_resting_model). NULL: that of the simulation. */
-    const kt_model *(*resting)(kt_simulation *simulation);
-    /* At the present state: computes the impulses of closing contacts, and the contacts that are closed from now on. */
-    kt_status (*resolve)(kt_simulation *simulation, kt_error *error);
-    /* Likewise, where the speeds of drives jump. NULL: contacts take the jump in the next step. */
-    kt_status (*strike)(kt_simulation *simulation, kt_error *error);
-    /* Comes after data have been initialised for another model. */
-    void (*follow)(kt_simulation *simulation);
-    /* Checks the multipliers of a record; NULL: there is nothing to check. Errors: a closed contact pulls, or sticking
-     * friction of a joint is beyond its limit. */
-    kt_status (*check)(const kt_simulation *simulation, double t, kt_error *error);
-    /* At this instant, at which contact k closes, applies all impacts of a time that no step resolves, since they
-     * accumulate. A contact without a rest velocity has no last one. Returns whether it has. NULL: none has. */
+/* The source of the first events, which are the events of hard contacts: the search of events queries it. */
+typedef struct kt_event_source {
+    /* At this instant, at which event k happens, applies all instants of a time that no step resolves, since they
+     * accumulate. A contact without a rest velocity has no last one. Returns whether the source has done so. */
     bool (*rest)(kt_simulation *simulation, size_t k, double window);
-    /* Whether an open contact touches within rounding that is not due. NULL: none does. */
+    /* Whether an open contact touches within rounding that is not due. */
     bool (*crowds)(const kt_simulation *simulation);
     /* Whether slip of contact k has come to rest up to its rest velocity, with this value of its event. */
     bool (*ends)(const kt_simulation *simulation, size_t k, double value);
-    /* A number b so that g (g + b) is smooth along the motion, for the gap g of an open contact; 0: g itself is. NULL:
-     * no contact has one. */
+    /* A number b so that g (g + b) is smooth along the motion, for the gap g of an open contact; 0: g itself is. */
     double (*kink)(const kt_simulation *simulation, size_t k);
-    /* Save the simulation before a change of the state that may fail, and restore it (undo.c). */
-    void (*keep)(kt_simulation *simulation);
-    void (*undo)(kt_simulation *simulation);
-    /* Takes parameters over that have been set. Costs a comparison if there are none. */
-    void (*renew)(const kt_simulation *simulation);
-    /* Frees a contact that friction wedges, from the attempt *attempt on. Returns whether a step may be tried. */
-    bool (*free_wedged)(kt_simulation *simulation, int *attempt);
-    /* Whether the last fixed step gained energy on contacts that slip, although nothing supplies any, and may be
-     * repeated with a shorter one. NULL: steps are not checked. */
-    bool (*gains)(kt_simulation *simulation);
-    /* Limits a step behind one that was shortened. */
-    void (*limit)(kt_simulation *simulation, double *t_limit);
-    /* Prepares another try of a step that failed: a shorter one, or one behind an impulse (retry.c). Returns whether
-     * there is one. */
-    bool (*retry)(kt_simulation *simulation, kt_retry *retry, kt_status status, double *t_limit);
-    /* Enclose the evaluations of a record, under forces of contacts that are no loops of the model. NULL: there are
-     * none. */
-    kt_status (*begin_record)(kt_simulation *simulation, double t, kt_error *error);
-    kt_status (*end_record)(kt_simulation *simulation, kt_record *record, kt_error *error);
-} kt_contact_calls;
+} kt_event_source;
 
 struct kt_simulation {
     void *owned; /* memory of kt_simulation_create, or NULL */
@@ -352,6 +286,7 @@ struct kt_simulation {
     const kt_transformation *transformation; /* from one to the other, or NULL */
     kt_data *data, *user_data;               /* scratch; identical if the models are identical */
     kt_integrator *integrator;
+    kt_phases phases;              /* the hooks of the active parts */
     kt_method method;              /* the method of the run, if it is given by rho */
     const double *tau;             /* inputs of the last step: nv, or NULL */
     const kt_wrench *external;     /* one for each body, or NULL */
@@ -362,33 +297,32 @@ struct kt_simulation {
     const double *end_slope;       /* slope of the evaluation that gave end_power; NULL: none in this step */
     kt_power end_power;            /* power of the evaluation that may become that of the end */
     kt_complex sigma[2];           /* implicit: of the real and the complex factors */
+    bool near_singular;            /* the last step computed accelerations next to a singular position */
     bool closes_loops;             /* a projection does more than renormalise quaternions: it overwrites data */
     kt_breakpoints breakpoints;
-    bool watches_gaps;           /* adaptive steps do not leap over contacts and stops */
-    bool watches_ends;           /* nor over changes of functions of time behind their last stage */
-    bool lacks_end_stage;        /* the method has no stage at the end of its steps */
-    bool lacks_inner_stage;      /* the method has no stage between the ends of its steps */
-    double gap_time;             /* the time of clearance_begin; NaN: not available */
-    bool gaps_known;             /* gap_begin has valid gaps; else none of its gaps is valid */
-    double far_time;             /* the end of the last step, if it can have reached no boundary; else NaN */
-    const kt_event_watch *watch; /* NULL: there are no events */
-    size_t event_count;          /* the number of events */
-    size_t event_latest;         /* the event of the last instant, or at which a step was repeated; event_count: none */
-    size_t contact_count;        /* the number of hard contacts, which are the first events */
-    struct kt_contacts *contacts; /* NULL: there are none */
-    const kt_contact_calls *contact_calls;
-    bool steps_over_contacts;  /* contacts are resolved by time stepping: */
-    struct kt_moreau *moreau;  /* time stepping over contacts (moreau.h); NULL: they are events */
-    uint64_t contact_mask;     /* the switches of hard contacts */
-    uint64_t contact_friction; /* those of joint friction; both switches of a joint are on: it is released */
-    uint64_t contact_released; /* the contacts that are released at first */
-    double contact_margin;     /* the depth at which a contact penetrates that was left open, m or rad */
-    double event_end;          /* the end of the first try of this step */
-    int event_evaluations;     /* the most values of an event that the search of a step takes */
-    int event_most;            /* the number of values with which the search after this try ends */
-    uint64_t progress_due;     /* the number of steps to the next call of options.progress */
-    bool event_searched;       /* this step has been searched */
-    double contact_time;       /* s, of the values of contacts; NaN: not available */
+    bool watches_ends;      /* adaptive steps do not leap over changes of functions of time behind their last stage */
+    bool lacks_end_stage;   /* the method has no stage at the end of its steps */
+    bool lacks_inner_stage; /* the method has no stage between the ends of its steps */
+    struct kt_gaps *gaps;   /* contacts and stops that a step may leap over (gap.h); NULL: there are none */
+    size_t event_count;     /* the number of events */
+    size_t event_latest;    /* the event of the last instant, or at which a step was repeated; event_count: none */
+    size_t event_aim;       /* the event at which the last try was to end and did not; event_count: none */
+    bool event_fires;       /* an event happens at the end of the last try */
+    size_t contact_count;   /* the number of hard contacts, which are the first events */
+    const kt_event_source *event_source; /* of these events */
+    struct kt_contacts *contacts;        /* NULL: there are none */
+    bool steps_over_contacts;            /* contacts are resolved by time stepping: */
+    struct kt_moreau *moreau;            /* time stepping over contacts (moreau.h); NULL: they are events */
+    uint64_t contact_mask;               /* the switches of hard contacts */
+    uint64_t contact_friction;           /* those of joint friction; both switches of a joint are on: it is released */
+    uint64_t contact_released;           /* the contacts that are released at first */
+    double contact_margin;               /* the depth at which a contact penetrates that was left open, m or rad */
+    double event_end;                    /* the end of the first try of this step */
+    int event_evaluations;               /* the most values of an event that the search of a step takes */
+    int event_most;                      /* the number of values with which the search after this try ends */
+    uint64_t progress_due;               /* the number of steps to the next call of options.progress */
+    bool event_searched;                 /* this step has been searched */
+    double contact_time;                 /* s, of the values of contacts; NaN: not available */
     double slow_slip;   /* the largest slip of hard contacts of which the direction is predicted, m/s; 0: no contacts */
     uint64_t event_cut; /* searches of features of events in this try that reached their limit */
     double event_time;  /* of event_value; NaN: not available */
@@ -398,10 +332,9 @@ struct kt_simulation {
     double step;                       /* fixed, or 0 */
     double duration, interval;
     int64_t record_count;
-    unsigned record; /* KT_RECORD_ bits to compute */
-    bool kinematics; /* a record's data are updated */
-    bool places;     /* for quantities other than energies */
-    kt_simulation_memory memory;
+    unsigned record;     /* KT_RECORD_ bits to compute */
+    bool kinematics;     /* a record's data are updated */
+    bool places;         /* for quantities other than energies */
     kt_cached cached;    /* the results of the present state that data hold */
     const double *slope; /* y' as the last evaluation returned it to the integrator */
     kt_error cause;      /* error of the last callback that failed; code KT_OK: none failed in this step */
@@ -409,7 +342,18 @@ struct kt_simulation {
     const char *within;  /* the caller's function that a call with this simulation runs, and which may not move it in
                           * time; NULL: none */
     KT_ARENA_DECLARE(KT_SIMULATION_FIELDS)
+    kt_simulation_memory memory; /* the last member: here the block of the persistent state begins */
 };
+
+/* The block of the persistent state, and its bytes. */
+static inline char *kt_simulation_block(const kt_simulation *simulation) {
+    return (char *)simulation + offsetof(kt_simulation, memory);
+}
+static inline size_t kt_simulation_block_size(const kt_simulation_sizes *size) {
+    size_t used = kt_arena_round(sizeof(kt_simulation)) - offsetof(kt_simulation, memory);
+    KT_SIMULATION_STATE(KT_ARENA_MEASURE)
+    return used;
+}
 
 /* The depth to which an open hard contact may penetrate, m or rad. */
 static inline double kt_simulation_contact_margin(const kt_simulation *simulation) {

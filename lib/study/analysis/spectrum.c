@@ -13,7 +13,7 @@
 #include "kinetree/algebra.h"
 #include "kinetree/analysis.h"
 #include "model/switching.h"
-#include "step/simulation_struct.h"
+#include "simulation/simulation.h"
 
 #include <math.h>
 #include <string.h>
@@ -122,16 +122,9 @@ static kt_linearization_options nothing_besides(void) {
     return options;
 }
 
-/* The model of small motions about the present state of a simulation. */
-static const kt_model *present_model(kt_simulation *simulation) {
-    if (simulation->contacts != NULL && simulation->contact_calls->resting != NULL)
-        return simulation->contact_calls->resting(simulation);
-    return kt_simulation_model(simulation);
-}
-
 /* Adds the present state of a simulation. Closed contacts and sticking friction are constraints of the motion. */
 static kt_status add_present_state(kt_spectrum *spectrum, kt_simulation *simulation, double t, kt_error *error) {
-    const kt_model *model = present_model(simulation);
+    const kt_model *model = kt_simulation_resting_model(simulation);
     kt_linearization_options options = nothing_besides();
     options.differences = has_slip(model); /* friction of hard contacts that slip has no exact derivatives */
     const bool is_own = model == spectrum->model || model->variants != spectrum->model->variants;
