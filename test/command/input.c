@@ -315,7 +315,7 @@ KT_TEST(all_subcommands_find_the_files_of_robots) {
         kt_note("%s", words);
         kt_expect(2, "pole", "$K %s world/pole.sdf", words);
         kt_expect(2, "arm.xml", "$K %s world/arm.xml", words);
-        kt_expect(0, "links whose mass or inertia is not said", "$K %s world/pole.sdf --search store >o.txt", words);
+        kt_expect(0, "links without a mass or an inertia", "$K %s world/pole.sdf --search store >o.txt", words);
         kt_expect(0, "geoms that could touch others", "$K %s world/arm.xml --allow shared >o.txt", words);
         kt_expect(2, "there is no keyframe 'k'", "$K %s world/arm.xml --allow shared --keyframe k", words);
     }

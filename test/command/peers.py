@@ -52,7 +52,7 @@ ENGINES = {
     "nameless": ("step", "print('cpu,evaluations,time')\nfor k in range(records + 1): print('1,1,1')"),
     "numberless": ("step", "table(float('nan'))"),
 }
-REASONS = {"short": "its table has 3 rows", "mute": "status 3, without a word", "vocal": "the wheel is too round",
+REASONS = {"short": "its table has 3 rows", "mute": "status 3 and printed no reason", "vocal": "the wheel is too round",
            "crash": "signal 11", "endless": "takes too long", "nameless": "no body 'wheel'", "numberless": "no setting comes near"}
 
 

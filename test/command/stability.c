@@ -249,7 +249,7 @@ KT_TEST(run_finds_a_mode_that_rings_or_tells_that_it_has_missed_it) {
     kt_check_text("code", json_string_value(kt_json_find(root, "warnings[0].code")), "bounded_by_stability");
     kt_check_contains(
         "words", ran.err,
-        "the steps of auto, which has not found it and takes those of dopri5, are bounded by its stability");
+        "the steps of auto, which has not detected the stiffness and uses dopri5, are bounded by its stability");
     kt_check_contains("remedy", ran.err, "Take radau5, which no decay bounds");
     const double missed = kt_json_at(root, "cost.evaluations");
     json_decref(root);

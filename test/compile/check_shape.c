@@ -109,7 +109,7 @@ KT_TEST(rotations_of_shapes_are_checked) {
 
 KT_TEST(mass_properties_of_no_shape_are_rejected) {
     REJECTS(KT_SHAPE_NONE, m.bodies[BASE].com_of_shape = true, "shape",
-            "com is to be that of the shape, and there is none; give a shape or the com");
+            "the com is to follow from the shape, and the body has no shape; give a shape or the com");
     REJECTS(KT_SHAPE_NONE, m.bodies[BASE].inertia_of_shape = true, "shape",
-            "inertia is to be that of the shape, and there is none; give a shape or the inertia");
+            "the inertia is to follow from the shape, and the body has no shape; give a shape or the inertia");
 }

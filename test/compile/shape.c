@@ -261,7 +261,7 @@ KT_TEST(shape_without_mass_properties_is_rejected) {
     kt_check_equal_int("none", kt_body_inertia(&body, &com, &inertia, &error), KT_ERROR_MODEL);
     kt_check_text("where", error.where, "body 'solid'");
     kt_check_text("message", error.message,
-                  "com is to be that of the shape, and there is none; give a shape or the com");
+                  "the com is to follow from the shape, and the body has no shape; give a shape or the com");
     body.shape.type = KT_SHAPE_SPHERE;
     body.shape.radius = -1.0;
     kt_check_equal_int("negative", kt_body_inertia(&body, &com, &inertia, &error), KT_ERROR_MODEL);

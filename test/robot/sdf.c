@@ -325,7 +325,7 @@ KT_TEST(inertias_that_no_body_has_are_judged_by_rigid_parts) {
     (void)snprintf(part, sizeof part, text, "fixed");
     const kt_scene *scene = test_robot(part, NULL);
     kt_check_equal_int("accepted", (int)scene->description.inertia_check, KT_INERTIA_ACCEPT);
-    kt_check_true("told", has_note(scene, "inertias that no body has, of links within rigid parts"));
+    kt_check_true("told", has_note(scene, "impossible inertias of links, within rigid parts"));
     (void)snprintf(part, sizeof part, text, "revolute");
     kt_check_equal_int("rejected where it moves", parse(part, NULL, &rejected), KT_ERROR_SCENE);
     kt_check_contains("words", faults.text, "link 'imu': inertial: inertia: the principal moments are");

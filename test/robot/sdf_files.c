@@ -123,7 +123,7 @@ KT_TEST(the_newest_version_of_a_model_of_a_server_is_read) {
             table[i].uri);
         const kt_scene *scene = test_robot_file(kt_test_file(base, "w.sdf", text), &options);
         (void)find_body(scene, table[i].body);
-        kt_check_equal_int("told", has_note(scene, "of whatever version: 1"), table[i].is_noted);
+        kt_check_equal_int("told", has_note(scene, "any version on the search path is taken: 1"), table[i].is_noted);
     }
 }
 

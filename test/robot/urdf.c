@@ -244,8 +244,8 @@ KT_TEST(what_is_left_out_is_told_once_with_number_and_place) {
         {"r.urdf:1:17", "link 'a' is fixed to the world (--floating lets it move), gravity is 9.81 m/s^2 along -z"},
         {"r.urdf:5:1", "joints that start at a limit, since zero is outside their limits: 1"},
         {"r.urdf:5:1", "limits of position, which do not act without --stops: 1"},
-        {"r.urdf:1:1", "no link has a mass: places, pictures and degrees of freedom alone can be computed (--density "
-                       "gives masses by shapes, --mass LINK=MASS one)"},
+        {"r.urdf:1:1", "no link has a mass, so that only positions, pictures and degrees of freedom can be computed "
+                       "(--density computes masses from shapes, --mass LINK=MASS sets one mass)"},
         {"r.urdf:5:1", "limits of effort or speed that are left out, since they are no numbers, or below zero: 1"},
         {"r.urdf:2:1",
          "meshes that are not found, left out of pictures (--search FOLDER:FOLDER, or KINETREE_SEARCH, names "
@@ -501,7 +501,7 @@ KT_TEST(world_need_not_be_declared_and_frees_what_is_fixed_to_it) {
         kt_check_equal_int("bodies", scene->description.body_count, 1);
         kt_check_equal_int("it is free", joint->type, KT_JOINT_FREE);
         kt_check_equal_bits("and starts where it was", &joint->at.x, (const double[]){1.0, 2.0, 3.0}, 3);
-        kt_check_equal_int("told", count_notes(scene, "move freely, by --floating: 1"), 1);
+        kt_check_equal_int("told", count_notes(scene, "--floating lets move freely: 1"), 1);
         kt_check_equal_int("of the world", count_notes(scene, "no link 'world' is declared"), i);
     }
     scene = test_robot(ON_WORLD("", "revolute"), &floating);

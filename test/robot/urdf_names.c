@@ -27,7 +27,7 @@ KT_TEST(names_that_scenes_cannot_have_are_changed_and_differ) {
                   "joint '1' is called '_1', since names have letters, digits, _ and -, and each joint its own");
     kt_check_text("joint", scene->description.bodies[1].joint.name, "_1");
     kt_check_text("what", scene->notes[1].what,
-                  "names of links that names of bodies cannot be, with '_' in place of what is not allowed: 5");
+                  "names of links that are not valid names of bodies, with '_' in place of invalid characters: 5");
     kt_check_text("a name in UTF-8: a byte, a '_'", scene->description.bodies[4].name, "h__b");
     kt_check_text("parent", scene->description.bodies[4].parent, "world_2");
 }

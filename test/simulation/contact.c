@@ -468,14 +468,14 @@ KT_TEST(what_cannot_be_hard_is_told) {
     kt_scene_check_rejected("no side", &r.description, "no loop but distance, inplane, surface and coupling");
     r.loop[0].type = KT_LOOP_COUPLING;
     r.loop[0].side = KT_SIDE_NONE;
-    kt_scene_check_rejected("no bounce", &r.description, "a loop that holds does not bounce");
+    kt_scene_check_rejected("no bounce", &r.description, "only a loop that bounds one side bounces");
     r.loop[0].restitution = 0.0;
     r.loop[0].poisson = true;
-    kt_scene_check_rejected("no rule", &r.description, "a loop that holds does not bounce");
+    kt_scene_check_rejected("no rule", &r.description, "only a loop that bounds one side bounces");
     r.description.loop_count = 0;
     r.effect[0] = kt_effect_of(KT_EFFECT_JOINT_FRICTION, "a");
     r.effect[0].stick = true;
-    kt_scene_check_rejected("nothing slips", &r.description, "coulomb is 0; give what slips");
+    kt_scene_check_rejected("nothing slips", &r.description, "coulomb is 0; give the friction of slip");
     r.effect[0].coulomb = 1.0;
     r.effect[0].smoothing = 0.1;
     kt_scene_check_rejected("smoothed", &r.description, "friction that sticks is not smoothed");

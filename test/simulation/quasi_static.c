@@ -424,7 +424,7 @@ KT_TEST(what_forces_do_not_determine_is_rejected_when_it_is_compiled) {
         "kinetree: 1\nbodies:\n  - {name: one, joint: {type: revolute}}\n"
         "  - {name: two, parent: one, joint: {type: planar, position: [1, 2, 0]}, mass: 1, inertia: [1, 1, 1]}\n"
         "effects:\n  - {type: joint_spring, joint: one, stiffness: 2}\n",
-        "what moves with it so that no mass moves changes with the positions");
+        "the joints that must move with it, so that no mass moves, change with the positions");
     is_rejected(
         "kinetree: 1\nbodies:\n"
         "  - {name: one, joint: {type: spherical}, mass: 1, com: [0, 0, 1], inertia: [1, 1, 0]}\n"

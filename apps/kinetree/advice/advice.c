@@ -454,10 +454,9 @@ static void advise_changes(kt_trials *trials, const reached *r, const int *open,
     int found = kt_say_double_motions("  ", trials->scene);
     const int types = r->most < NEARLY ? advise_on_types(trials, open, count) : 0;
     if (r->most <= d->tolerance)
-        fputs(
-            "  gaps as small as these are accepted of rounded data, but not where bars are in line, where what repeats "
-            "looks like what is out of reach: begin at a position next to this one\n",
-            stderr);
+        fputs("  gaps of this size are accepted as rounding of the data, but not where bars lie in line: such a "
+              "position looks like one that is out of reach. Begin at a neighbouring position\n",
+              stderr);
     for (int i = 0; i < count && found == 0; i++)
         found += advise_on_millimetres(trials, open[i]);
     for (int i = 0; i < count; i++)

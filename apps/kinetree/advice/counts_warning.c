@@ -23,7 +23,7 @@ static const kt_counted cut_searches = {
 
 /* A run may pass the dead point, or end there. */
 static const kt_counted joined_states = {.code = "joined",
-                                         "at a dead point of the drives the acceleration is beyond use: ",
+                                         "at a dead point of the drives the acceleration has no usable value: ",
                                          "state within steps that end there is",
                                          "states within steps that end there are",
                                          " interpolated between their ends alone",
@@ -46,11 +46,10 @@ static void warn_of_caps(kt_outcome *outcome) {
             "of %s is lower",
             capped, capped == 1 ? "" : "s", method->name);
     else
-        kt_warn(
-            &outcome->warnings, &warning,
-            "Newton's iteration came no nearer to the solution in %llu step%s than 1e-7 of the state, and was taken "
-            "there",
-            capped, capped == 1 ? "" : "s");
+        kt_warn(&outcome->warnings, &warning,
+                "in %llu step%s, Newton's iteration came no nearer to the solution than 1e-7 of the state; the last "
+                "iterate was accepted",
+                capped, capped == 1 ? "" : "s");
 }
 
 /* Warns if the time of an event was searched too coarsely in fixed steps. */

@@ -86,7 +86,7 @@ static void find_cause(const kt_outcome *outcome, double step, double breakpoint
                        "no mode is as fast (%.3g /s) and no function of time: an effect jumps or bends often, "
                        "or events follow each other",
                        rate);
-        (void)snprintf(remedy, size, "Smooth what jumps, make it an event, or take a fixed step (--step)");
+        (void)snprintf(remedy, size, "Smooth the jump, make it an event, or take a fixed step (--step)");
     }
 }
 

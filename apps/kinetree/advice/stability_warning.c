@@ -85,6 +85,6 @@ void kt_warn_of_stability(kt_outcome *outcome) {
     kt_warn(&outcome->warnings, &warning,
             "the steps of %s are bounded by its stability, not by the tolerance, in %d of %d parts of the run: a mode "
             "decays at up to %.3g /s, which allows none above %.3g s",
-            missed ? "auto, which has not found it and takes those of dopri5," : method->name, w->bounded, w->compared,
-            w->fastest, stability_limit_of(method) / w->fastest);
+            missed ? "auto, which has not detected the stiffness and uses dopri5," : method->name, w->bounded,
+            w->compared, w->fastest, stability_limit_of(method) / w->fastest);
 }

@@ -44,10 +44,10 @@ static void warn_of_jumps(kt_outcome *outcome) {
 /* Warns if the run cannot end by its condition before that has ceased to hold. */
 static void warn_of_until(kt_outcome *outcome) {
     const kt_warning warning = kt_warning_of("until_holds", (double)NAN, NULL,
-                                             "Turn the comparison round, or let the run begin where it does not hold");
+                                             "Reverse the comparison, or let the run begin where it is false");
     if (kt_scene_until_holds(outcome->events, outcome->simulation))
         kt_warn(&outcome->warnings, &warning,
-                "`until: %s` holds at the start, and ends the run only where it comes to hold again",
+                "`until: %s` is true at the start, and ends the run only when it becomes true again",
                 outcome->scene->until.when);
 }
 

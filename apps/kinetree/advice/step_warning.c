@@ -145,7 +145,7 @@ static void warn_of_doubt(kt_outcome *outcome, const kt_method *method, const kt
                           const kt_error *error) {
     const kt_warning warning =
         kt_warning_at("unknown_stability", fastest->t, fastest->rate, "1/s",
-                      "Mend that and run 'kinetree stability', or compare with a run of half the step");
+                      "Mend this fault and run 'kinetree stability', or compare with a run of half the step");
     kt_warn(&outcome->warnings, &warning,
             "steps of %g s may be unstable or too long for %s: the rate of the fastest mode is about %.3g /s at t = %g "
             "s, but its direction cannot be computed: %s: %s",

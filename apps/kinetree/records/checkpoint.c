@@ -443,7 +443,8 @@ static void apply_checkpoint(kt_checkpoint *checkpoint, kt_checkpoint_content *c
     if (reported == NULL || !kt_marks_read(&outcome->marks, reported)) {
         reject_checkpoint(content, "its warnings and marks cannot be read");
     } else if (!results_fit(so_far, &outcome->so_far)) {
-        reject_checkpoint(content, "a count, an index or a flag of it is none of this run: it has been changed");
+        reject_checkpoint(content,
+                          "a count, an index or a flag in it does not fit this run: the file has been changed");
     } else if (kt_simulation_restore(outcome->simulation, checkpoint->block, &error) != KT_OK) {
         reject_checkpoint(content, strstr(error.message, "accelerations of the caller's") == NULL ? error.message
                                    : outcome->is_native

@@ -82,7 +82,7 @@ static bool run_program(kt_peer_session *s, char **arguments, double seconds, ch
     else
         first_line(s->path[FILE_WORDS], reason, size);
     if (reason[0] == '\0')
-        (void)snprintf(reason, size, "it ended with status %d, without a word", WEXITSTATUS(status));
+        (void)snprintf(reason, size, "it ended with status %d and printed no reason", WEXITSTATUS(status));
     return false;
 }
 

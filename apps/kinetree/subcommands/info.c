@@ -197,8 +197,7 @@ static void show_group(const kt_model *model, int index) {
     printf(": %d equation%s in %d coordinate%s, ", group.equations, kt_plural(group.equations), group.coordinates,
            kt_plural(group.coordinates));
     if (redundant > 0)
-        printf("%d independent; %d only repeat%s the others and carr%s no load\n", group.rank, redundant,
-               redundant == 1 ? "s" : "", redundant == 1 ? "ies" : "y");
+        printf("%d independent; %d repeat%s the others\n", group.rank, redundant, redundant == 1 ? "s" : "");
     else
         puts("all independent");
 }

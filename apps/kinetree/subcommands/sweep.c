@@ -250,7 +250,7 @@ static void report_sweep(const sink *s, const kt_sweep_worker *all, const char *
     if (all->natively > 0)
         report_native(all, runs - all->unmade);
     if (all->why[0] != '\0')
-        kt_print("\n  the scene was read anew for each run, since more than a number follows from what varies: %s",
+        kt_print("\n  the scene was read anew for each run, since a value that varies changes more than numbers: %s",
                  all->why);
     kt_print("\n  %s\n", kt_show_result(out).text);
     report_kept(s->sweep->arguments->keep, out);

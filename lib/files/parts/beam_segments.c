@@ -269,7 +269,7 @@ static kt_status attach_first(const kt_builder *builder, const kt_beam *b, kt_bo
     const bool turned = marker->rotation.type != KT_ROTATION_NONE;
     if (turned && b->from.rotation.type != KT_ROTATION_NONE)
         return kt_error_set(error, KT_ERROR_MODEL, "from",
-                            "marker '%s' has a rotation, and the beam another one against it; give one that has both",
+                            "marker '%s' and the beam both have a rotation; give one rotation that combines the two",
                             b->from.marker);
     body->joint.at = marker->at;
     if (turned)

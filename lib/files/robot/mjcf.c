@@ -12,7 +12,7 @@
 static const kt_note body_notes[] = {
     KT_NOTE(kt_mjcf, renamed, DETAIL, "names of bodies that a scene cannot have, with '_' or a number:"),
     KT_NOTE(kt_mjcf, fixed_bodies, START, "bodies that are fixed to the world (--floating lets them move):"),
-    KT_NOTE(kt_mjcf, freed, START, "bodies fixed to the world that move freely, by --floating:"),
+    KT_NOTE(kt_mjcf, freed, START, "bodies that the file fixes to the world, and that --floating lets move freely:"),
     KT_NOTE(kt_mjcf, several, DETAIL,
             "joints after the first of a body, each on a body of its own without mass, which has the joint's name:"),
     KT_NOTE(kt_mjcf, offsets, DETAIL,
@@ -22,10 +22,11 @@ static const kt_note body_notes[] = {
     KT_NOTE(kt_mjcf, incomplete, MOTION,
             "tendons, equalities and actuators that are left out, since they refer to what is not attached:"),
     KT_NOTE(kt_mjcf, lost_settings, MOTION,
-            "attached models with settings of the whole (option, settotalmass), in place of which are this model's:"),
+            "attached models with settings for a whole model (option, settotalmass); the settings of this model apply "
+            "instead:"),
     KT_NOTE(kt_mjcf, mocap, START, "bodies that a program moves (mocap), fixed to the world:"),
     KT_NOTE(kt_mjcf, keys, START, "keyframes, of which none is the start (import --keyframe NAME):"),
-    KT_NOTE(kt_mjcf, by_density, DETAIL, "geoms that say neither mass nor density, and have that of --density:"),
+    KT_NOTE(kt_mjcf, by_density, DETAIL, "geoms without a mass and a density, which take the density of --density:"),
     KT_NOTE(kt_mjcf, by_geoms, DETAIL, "bodies whose mass and inertia are those of their geoms:"),
 };
 
@@ -34,7 +35,7 @@ static const kt_note force_notes[] = {
     KT_NOTE(kt_mjcf, builtins, MOTION,
             "surfaces that MuJoCo has built in, left out; its mj_saveLastXML writes their vertices:"),
     KT_NOTE(kt_mjcf, bounded, DETAIL, "masses and inertias raised to the least of 'boundmass' and 'boundinertia':"),
-    KT_NOTE(kt_mjcf, balanced, DETAIL, "inertias that no body has, made those of spheres by 'balanceinertia':"),
+    KT_NOTE(kt_mjcf, balanced, DETAIL, "impossible inertias, which 'balanceinertia' makes those of spheres:"),
     KT_NOTE(kt_mjcf, soft, MOTION, "soft equalities, which are exact loops in the scene:"),
     KT_NOTE(
         kt_mjcf, armatures, MOTION,

@@ -202,7 +202,7 @@ void kt_judge_notes(kt_notes *n, const kt_judge *j) {
     kt_note_put(n, KT_NOTE_RANK_DETAIL, &j->nothings, "inertias that are nothing but rounding, taken for zero: %d",
                 j->nothings.count);
     kt_note_put(n, KT_NOTE_RANK_DETAIL, &j->odd_links,
-                "inertias that no body has, of links within rigid parts whose inertia is one of bodies (the scene has "
+                "impossible inertias of links, within rigid parts whose total inertia is possible (the scene has "
                 "'inertia_check: accept'): %d",
                 j->odd_links.count);
     if (isinf(j->worst_excess))
@@ -212,7 +212,7 @@ void kt_judge_notes(kt_notes *n, const kt_judge *j) {
                       100.0 * j->worst_excess);
     kt_note_put(
         n, KT_NOTE_RANK_MOTION, &j->odd_inertias,
-        "inertias that no body has are computed with, %s: %d; where such a part moves, accelerations may be wrong or "
+        "impossible inertias are used as they are, %s: %d; where such a part moves, accelerations may be wrong or "
         "not exist",
         by.text, j->odd_inertias.count);
 }

@@ -56,7 +56,7 @@ static const kt_note first_notes[] = {
             "models that are neither in the model's folder nor on the search path nor where Gazebo keeps models of "
             "servers, left out:"),
     KT_NOTE(kt_sdf, unversioned, START,
-            "models of a server in a given version, which are those on the search path, of whatever version:"),
+            "models of a server in a given version; any version on the search path is taken:"),
     KT_NOTE(kt_sdf, renamed_models, START,
             "models before SDF 1.7 that have the name of another one, and are called NAME_1 here, or a later number:"),
     KT_NOTE(kt_sdf, states, START, "initial states of worlds (<state>) that are left out:"),
@@ -67,11 +67,11 @@ static const kt_note first_notes[] = {
     KT_NOTE(kt_sdf, reserved, MOTION,
             "links with the name 'world', which is reserved: joints to 'world' hold the world, and these links are "
             "free; give them another name:"),
-    KT_NOTE(kt_sdf, freed, START, "links that are fixed to the world and move freely, by --floating:"),
+    KT_NOTE(kt_sdf, freed, START, "links that the file fixes to the world, and that --floating lets move freely:"),
     KT_NOTE(kt_sdf, at_rest, START, "links of static models, fixed to the world:"),
     KT_NOTE(kt_sdf, standard_masses, START,
-            "links whose mass or inertia is not said, and is that of the format (1 kg, 1 kg m^2; --density gives "
-            "those of shapes):"),
+            "links without a mass or an inertia, which take the defaults of the format (1 kg, 1 kg m^2; --density "
+            "computes both from shapes):"),
     KT_NOTE(kt_sdf, by_density, DETAIL,
             "links without <inertial> that have mass and inertia of their collisions, by --density:"),
     KT_NOTE(kt_sdf, by_geometry, DETAIL, "links whose mass and inertia are those of their collisions:"),
@@ -94,7 +94,8 @@ static const kt_note later_notes[] = {
     KT_NOTE(kt_sdf, lost_gears, MOTION,
             "gearboxes that are left out, since what is between their links and the reference does not turn about "
             "parallels of the axes alone:"),
-    KT_NOTE(kt_sdf, lost_mimics, MOTION, "mimics that are left out, since one of both has no axis in the tree:"),
+    KT_NOTE(kt_sdf, lost_mimics, MOTION,
+            "mimics that are left out, since one of the two joints has no axis in the tree:"),
     KT_NOTE(kt_sdf, friction, MOTION, KT_NOTE_SMOOTH_FRICTION),
     KT_NOTE(kt_sdf, outside, START, "joints that start outside their limits:"),
     KT_NOTE(kt_sdf, disordered, START, "limits of position that are left out, since lower is above upper:"),

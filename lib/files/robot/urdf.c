@@ -10,12 +10,12 @@
 
 static const kt_note link_notes[] = {
     KT_NOTE(kt_urdf, undeclared, START, "no link 'world' is declared; this parent is taken for the world"),
-    KT_NOTE(kt_urdf, freed, START, "links that are fixed to the world and move freely, by --floating:"),
+    KT_NOTE(kt_urdf, freed, START, "links that the file fixes to the world, and that --floating lets move freely:"),
 };
 
 static const kt_note joint_notes[] = {
     KT_NOTE(kt_urdf, renamed, DETAIL,
-            "names of links that names of bodies cannot be, with '_' in place of what is not allowed:"),
+            "names of links that are not valid names of bodies, with '_' in place of invalid characters:"),
     KT_NOTE(kt_urdf, starts, START, "joints that start at a limit, since zero is outside their limits:"),
     KT_NOTE(kt_urdf, limits, MOTION, "limits of position, which do not act without --stops:"),
     KT_NOTE(kt_urdf, disordered, START, "joints whose limits of position are left out, since lower is above upper:"),
@@ -36,10 +36,10 @@ static const kt_note mass_notes[] = {
             "read or are not closed:"),
     KT_NOTE(kt_urdf, doubled, MOTION, "links with several <inertial>, of which the first counts:"),
     KT_NOTE(kt_urdf, bounded, DETAIL, "masses and inertias raised to the least of 'boundmass' and 'boundinertia':"),
-    KT_NOTE(kt_urdf, balanced, DETAIL, "inertias that no body has, made those of spheres by 'balanceinertia':"),
+    KT_NOTE(kt_urdf, balanced, DETAIL, "impossible inertias, which 'balanceinertia' makes those of spheres:"),
     KT_NOTE(kt_urdf, massless, MOTION,
-            "no link has a mass: places, pictures and degrees of freedom alone can be computed (--density gives "
-            "masses by shapes, --mass LINK=MASS one)"),
+            "no link has a mass, so that only positions, pictures and degrees of freedom can be computed (--density "
+            "computes masses from shapes, --mass LINK=MASS sets one mass)"),
     KT_NOTE(kt_urdf, geared, DETAIL, "transmissions whose rotor inertia became the joint's armature:"),
     KT_NOTE(kt_urdf, words, DETAIL,
             "transmissions with a reduction or an inertia that is no number, which is left out:"),

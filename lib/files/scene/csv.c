@@ -218,7 +218,7 @@ static bool choose_csv_column(const reading *f, const char *end, const char *key
     if (*column == -2)
         return fault(f, f->begin, "two columns have the name that is chosen; give one another name");
     if (*column >= 0)
-        return fault(f, f->begin, "time and value are the same column; give `value` that of the values");
+        return fault(f, f->begin, "time and value are the same column; give `value` the column of the values");
     char header[256];
     return fault(f, f->begin, "give `%s` the name of a column%s", key, quote_header(f, end, "they are", header));
 }

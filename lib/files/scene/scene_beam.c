@@ -227,9 +227,9 @@ static bool find_from(kt_reader *r, const kt_scope *scope, const kt_scene_beam *
         const kt_node *on = kt_node_find(at, "rotation");
         at = kt_node_find(at, "at");
         if (on != NULL && turned != NULL)
-            return kt_fault_at(
-                r, KT_ERROR_SCENE, scope, b->from,
-                "marker '%s' has a rotation, and the beam another one against it; give one that has both", end.marker);
+            return kt_fault_at(r, KT_ERROR_SCENE, scope, b->from,
+                               "marker '%s' and the beam both have a rotation; give one rotation that combines the two",
+                               end.marker);
         turned = on != NULL ? on : turned;
     }
     start->body = end.body != NULL ? end.body : "world";

@@ -379,7 +379,7 @@ kt_status kt_scene_vary(kt_scene *scene, const double *values, kt_error *error) 
                             "the scene was read without variables; name them in kt_scene_options");
     if (v->is_fixed)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, v->where,
-                            "more than a number follows from a variable here; read the scene again with other values");
+                            "a variable changes more than numbers here; read the scene again for other values");
     for (int k = 0; k < v->variable_count; k++)
         if (!isfinite(values[k]))
             return kt_error_set(error, KT_ERROR_SCENE, "kt_scene_vary", "variable %d is not finite", k);

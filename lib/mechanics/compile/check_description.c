@@ -203,9 +203,8 @@ static void check_side(kt_checker *checker, const kt_loop *loop) {
                      loop->type == KT_LOOP_COUPLING;
     if (loop->side == KT_SIDE_NONE && !(loop->slack && loop->type == KT_LOOP_DISTANCE)) {
         if (loop->restitution != 0.0 || loop->poisson)
-            kt_checker_fault(
-                checker, loop->poisson ? "poisson" : "restitution", -1,
-                "a loop that holds does not bounce; give the side that it bounds (slack), or leave it out");
+            kt_checker_fault(checker, loop->poisson ? "poisson" : "restitution", -1,
+                             "only a loop that bounds one side bounces; give `side` or `slack`, or leave this key out");
         return;
     }
     if ((unsigned)loop->side >= KT_SIDE_COUNT)

@@ -212,8 +212,9 @@ void kt_checker_mass(kt_checker *checker, const kt_body *body) {
         check_inertia_matrix(checker, body->inertia);
     check_shape(checker, &body->shape);
     if (body->shape.type == KT_SHAPE_NONE && (body->com_of_shape || body->inertia_of_shape))
-        kt_checker_fault(checker, "shape", -1, "%s to be that of the shape, and there is none; give a shape or the %s",
-                         body->com_of_shape ? "com is" : "inertia is", body->com_of_shape ? "com" : "inertia");
+        kt_checker_fault(checker, "shape", -1,
+                         "the %s is to follow from the shape, and the body has no shape; give a shape or the %s",
+                         body->com_of_shape ? "com" : "inertia", body->com_of_shape ? "com" : "inertia");
 }
 
 /* ---- mass properties --------------------------------------------------------------------------------------------- */

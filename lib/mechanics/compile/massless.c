@@ -114,7 +114,7 @@ static const char *find_motion(const finder *f, size_t k) {
     f->v[m->massless[k]] = 1.0;
     const size_t failed = m->kernels->forward(m, f->data, f->q, m->zero, f->v, NULL, f->motion);
     if (failed > 0)
-        return "another joint, which a loop drives, moves no mass either: give what that one moves a mass";
+        return "another joint, which a loop drives, moves no mass either: give a body on that joint a mass";
     for (size_t j = 0; j < m->n.massless; j++)
         if (!(fabs(f->motion[m->massless[j]] - (j == k)) <= 1e-12))
             return "has inertia in part of its degrees of freedom or positions";
@@ -146,7 +146,8 @@ static kt_status find_motions(const finder *f, kt_error *error) {
             for (size_t i = 0; i < nv; i++)
                 if (!(fabs(f->motion[i] - first[i]) <= 1e-9))
                     return reject_massless_joint(
-                        m, k, "what moves with it so that no mass moves changes with the positions", error);
+                        m, k, "the joints that must move with it, so that no mass moves, change with the positions",
+                        error);
         }
     }
     return KT_OK;

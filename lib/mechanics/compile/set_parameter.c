@@ -60,9 +60,10 @@ static kt_status split_parameter_name(const char *name, parts *p, kt_error *erro
     rest += p->effect ? 7 : p->loop ? 5 : 0;
     const char *point = strrchr(rest, '.');
     if (!point || (size_t)(point - rest) >= sizeof p->item || strlen(point + 1) >= sizeof p->key)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "parameter",
-                            "%s is none; write gravity, BODY.mass, effect NAME.stiffness or loop NAME.position",
-                            kt_name_quote(name).text);
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, "parameter",
+            "%s is not the name of a parameter; write gravity, BODY.mass, effect NAME.stiffness or loop NAME.position",
+            kt_name_quote(name).text);
     memcpy(p->item, rest, (size_t)(point - rest));
     memcpy(p->key, point + 1, strlen(point + 1));
     return KT_OK;
@@ -222,8 +223,7 @@ kt_status kt_parameter_require(const kt_model *model, const kt_parameter *parame
     if (belongs(model, parameter))
         return KT_OK;
     return kt_error_set(error, KT_ERROR_ARGUMENT, "parameter",
-                        "it is none of this model, but of another one or of none; find it in this one by its name "
-                        "(kt_parameter_find)");
+                        "it does not belong to this model; find the parameter by its name (kt_parameter_find)");
 }
 
 /* ---- present numbers --------------------------------------------------------------------------------------------- */

@@ -22,7 +22,7 @@ static void reject_coordinate_of_loop(kt_checker *checker, const kt_effect *effe
 /* Rejects a number that only an elastic contact or stop has. */
 static void reject_elastic(kt_checker *checker, const char *key, double value, const char *what) {
     if (value > 0.0)
-        kt_checker_fault(checker, key, -1, "a hard %s (restitution) has no %s; leave one of both out", what, key);
+        kt_checker_fault(checker, key, -1, "a hard %s (restitution) has no %s; leave one of the two out", what, key);
 }
 
 void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const char *what) {
@@ -56,7 +56,7 @@ void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const ch
 void kt_effect_check_stick(kt_checker *checker, const kt_effect *effect) {
     reject_coordinate_of_loop(checker, effect, "friction that sticks", "leave `stick` out");
     if (effect->coulomb == 0.0)
-        kt_checker_fault(checker, "coulomb", -1, "coulomb is 0; give what slips, or leave `stick` out");
+        kt_checker_fault(checker, "coulomb", -1, "coulomb is 0; give the friction of slip, or leave `stick` out");
     if (effect->smoothing != kt_effect_default().smoothing)
         kt_checker_fault(checker, "smoothing", -1,
                          "friction that sticks is not smoothed; leave `smoothing` or `stick` out");

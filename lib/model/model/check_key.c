@@ -103,7 +103,7 @@ static void check_terms(kt_checked *c, const kt_key *key) {
         most = fmax(most, fabs(term->coefficient));
     }
     if (fine && !kt_loop_has_formula(loop) && !(most >= 1.0 / KT_NUMBER_MOST))
-        kt_checker_fault(checker, key->name, -1, "%s are all zero, or next to it; give one that is not", key->name);
+        kt_checker_fault(checker, key->name, -1, "%s are all zero, or nearly so; give one that is not zero", key->name);
 }
 
 /* Checks the formula of a coupling; other formulas are functions of time. */

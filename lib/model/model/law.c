@@ -78,7 +78,8 @@ static void check_law_state(kt_checker *checker, const kt_effect *effect, int k)
         return;
     }
     if (d->states[index].rate != NULL)
-        kt_checker_fault(checker, "states", k, "state %s has a formula for its rate; leave out one of both",
+        kt_checker_fault(checker, "states", k,
+                         "state %s has both a formula for its rate and a law; leave one of the two out",
                          kt_name_quote(name).text);
     for (int j = 0; j < k; j++)
         if (effect->states[j] != NULL && strcmp(effect->states[j], name) == 0)

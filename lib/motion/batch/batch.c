@@ -117,11 +117,10 @@ static kt_status check_batch_options(const kt_model *model, const kt_batch_optio
     if (options->states == 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "options.states", "there are no states; give 1 or more");
     if (options->method && !is_explicit(options->method))
-        return kt_error_set(
-            error, KT_ERROR_ARGUMENT, "options.method",
-            "'%s' is not an explicit Runge-Kutta method, of which alone many states take steps at once: "
-            "take rk4, dopri5 or another one of that family",
-            options->method->name);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "options.method",
+                            "many states step at once with explicit Runge-Kutta methods only, and '%s' is not one: "
+                            "take rk4, dopri5 or another one of that family",
+                            options->method->name);
     const bool states_fit = fits_memory(model, options, options->states);
     if (!states_fit || !fits_memory(model, options, options->threads))
         return kt_error_set(error, KT_ERROR_ARGUMENT, states_fit ? "options.threads" : "options.states",
@@ -160,7 +159,7 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
         status =
             kt_masses_reject(model, "kt_batch_init", "a batch has one model; take a simulation for each state", error);
     if (status == KT_OK)
-        status = kt_massless_reject(model, "kt_batch_init", "a batch does not balance forces", error);
+        status = kt_massless_reject(model, "kt_batch_init", "a batch does not compute this balance", error);
     if (status == KT_OK)
         status = kt_arena_begin("kt_batch_init", "kt_batch_size", memory, size, kt_batch_size(model, o), error);
     if (status != KT_OK)

@@ -179,7 +179,7 @@ static kt_status reject_contacts(const kt_model *model, kt_error *error) {
 kt_status kt_batch_check_step(const kt_batch *batch, const kt_batch_job *job, kt_error *error) {
     if (!batch->method && job->task == KT_BATCH_STEP)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "batch",
-                            "it has no method to take steps by; give one in the options of kt_batch_init");
+                            "it has no integration method; give one in the options of kt_batch_init");
     if (!isfinite(job->h) || job->steps < 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "%d steps of h = %g s cannot be taken", job->steps,
                             job->h);

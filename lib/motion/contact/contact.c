@@ -146,7 +146,7 @@ static kt_status reject_massless(const kt_simulation *simulation, const struct k
         kt_model_switched(model, model->set & ~c->mask),
         kt_where_format("contact '%.60s'", kt_loop_name(model, c->item[0].loop)).text,
         "impacts of a hard contact, stop or slack rope, and friction that sticks, are found by the "
-        "inverse of the mass matrix, which there is not (elastic ones, with stiffness, need none)",
+        "inverse of the mass matrix, which does not exist (elastic ones, with stiffness, do not need it)",
         error);
 }
 

@@ -21,6 +21,7 @@ bool kt_method_stages_vary(const kt_method *method) {
 
 kt_status kt_method_check_sizes(const kt_method *method, kt_error *error) {
     if (method == NULL)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "method", "no method is given; kt_method_find has some by name");
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "method",
+                            "no method is given; kt_method_find finds methods by name");
     return kt_method_family_of(method)->check_sizes(method, error);
 }

@@ -127,8 +127,8 @@ static kt_status check_differentiated_simulation(const kt_simulation *simulation
                             "whose derivatives are unknown; use those of the engine");
     if (kt_motion_work_size(simulation) == 0)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_motion_derivatives",
-                            "a step of '%s' depends on earlier steps, and has no derivatives by a state; without "
-                            "implicit methods (-Dsmall=enabled) take rk4 or dopri5",
+                            "a step of '%s' depends on earlier steps, so that it has no derivatives with respect to "
+                            "one state; use rk4, dopri5, implicit-euler, crank-nicolson, radau5 or rodas5p",
                             kt_integrator_method(simulation->integrator)->name);
     return KT_OK;
 }
