@@ -5,7 +5,7 @@ The crank and the coupler form a chain, the rocker hangs on the ground, and a pi
     phi(u) = tip of the coupler - tip of the rocker = 0,      u = (crank, coupler, rocker)
 
 Each evaluation factors A' = Q R, with A = dphi/du, and projects Newton's equations on the columns of Q2 (Maggi-Kane).
-Heun or Runge-Kutta methods advance u and v, and a projection returns u and v onto the loop after each step.
+The classical Runge-Kutta method advances u and v, and a projection returns u and v onto the loop after each step.
 
     python3 four_bar.py [DURATION [STEP]]      prints a line "t u1 u2 u3 v1 v2 v3" for each tenth of a second
 """

@@ -62,11 +62,11 @@ def numbers_of_pages():
     reduced, load = (q2.T @ mass @ q2)[0, 0], (q2.T @ (force - mass @ particular))[0]
     acceleration = four_bar.acceleration(u, v)
     multipliers = np.linalg.lstsq(jacobian.T, force - mass @ acceleration, rcond=None)[0]
-    sign = np.sign(q2[0, 0])
+    sign, pivoted = np.sign(q2[0, 0]), four_bar.factor(jacobian[::-1])[1]  # the second row is longer: P exchanges the rows
     yield "method-trees", [*u, *v[1:]], 6
     yield "method-dynamics", [mass[0, 0], mass[0, 1], *force], 6
     yield "method-loops", [*jacobian.ravel(), *right], 6
-    yield "method-reduction", [r1[0, 0], r1[0, 1], r1[1, 1], *(sign * q2[:, 0]), sign * v @ q2[:, 0]], 6
+    yield "method-reduction", [pivoted[0, 0], pivoted[0, 1], pivoted[1, 1], *(sign * q2[:, 0]), sign * v @ q2[:, 0]], 6
     yield "method-projection", [*particular, reduced, sign * load, sign * load / reduced, *acceleration, *multipliers], 6
 
 
