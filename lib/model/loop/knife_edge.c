@@ -29,7 +29,8 @@ static const kt_key keys[] = {
 const kt_descriptor kt_loop_knife_edge_descriptor = {
     .name = "knife_edge",
     .help = "the second point does not move sideways: an ice skate",
-    .formula = "a . v = 0    v: velocity of the second point against the first body;  a: axis, of the second end",
+    .formula =
+        "a . v = 0    v: velocity of the second point relative to the first body;  a: axis, fixed to the second end",
     .example = "bodies:\n"
                "  - name: skate\n"
                "    joint: {type: planar, axis: z, velocity: [1, 0, 2]}\n"
