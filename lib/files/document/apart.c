@@ -33,7 +33,7 @@ static void set_limits(double seconds) {
         (void)dup2(nothing, stream);
 }
 
-/* Both limits, so that the process cannot raise one again. */
+/* Sets the soft and the hard limit, so that the process cannot raise the soft one again. */
 void kt_apart_forbid_files(void) {
     const struct rlimit none = {0, 0};
     (void)setrlimit(RLIMIT_NOFILE, &none);

@@ -24,7 +24,7 @@ kt_status kt_file_reject(const char *path, const kt_file_kind *kind, int number,
     return kt_error_set(error, KT_ERROR_FILE, path, "cannot be read: %s", reason);
 }
 
-/* The kind of a file that is not a regular one; a socket could not have been opened. */
+/* Returns a word for the kind of a file that is not regular. Sockets are missing, because they cannot be opened. */
 static const char *file_kind_of(mode_t mode) {
     return S_ISDIR(mode) ? "a directory" : S_ISFIFO(mode) ? "a pipe" : "a device";
 }

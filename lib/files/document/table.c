@@ -73,7 +73,7 @@ static int find_field(const kt_fields *fields, const char *key) {
     return -1;
 }
 
-/* The name of a key within its mapping: of "joint.axis" the word behind the point. */
+/* The name of a key within its mapping: for "joint.axis", the word after the point. */
 static const char *word_of(const kt_key *key) {
     const char *point = strchr(key->name, '.');
     return point == NULL ? key->name : point + 1;

@@ -14,7 +14,7 @@ typedef struct kt_xml {
     int depth;
     const char *file;          /* of an included file: its name, and the element that includes it */
     const kt_element *include; /* in the robot's own file */
-    const kt_element *by;      /* in the file that includes this one */
+    const kt_element *by;      /* the element that includes this file */
     char *text;                /* since the last tag */
     size_t text_size, text_room;
 } kt_xml;
@@ -160,7 +160,7 @@ static void XMLCALL reject_type(void *user, const XML_Char *name, const XML_Char
     stop(x);
 }
 
-/* The index behind a part that ends in `end`; size if it does not end. */
+/* The index after a part that ends with the text `end`; size if the part does not end. */
 static size_t behind(const char *text, size_t size, size_t from, const char *end) {
     const size_t length = strlen(end);
     while (from + length <= size && memcmp(text + from, end, length) != 0)
@@ -209,7 +209,7 @@ static size_t next_comment(const char *text, size_t size, size_t from) {
 
 static bool has_dashes(const char *text, size_t from, size_t to) {
     for (size_t i = from; i < to; i++)
-        if (text[i] == '-' && text[i + 1] == '-') /* there is the comment's end behind `to` */
+        if (text[i] == '-' && text[i + 1] == '-') /* the text from `to` on contains the end of the comment */
             return true;
     return false;
 }

@@ -47,8 +47,7 @@ typedef struct face {
 
 enum { NONE = -1 };
 
-/* Numbers of a vertex: the face whose list has it, and the next vertex in the list; the new face that begins at this
- * vertex. */
+/* Three numbers for each vertex: the face whose list contains the vertex, the next vertex in this list, and the new face that begins at the vertex. */
 typedef struct link {
     int face, next, begins;
 } link;

@@ -56,7 +56,7 @@ static bool add_read_triangle(maker *m, long a, long b, long c) {
     return true;
 }
 
-/* Three vertices of its own. */
+/* Adds a triangle with three new vertices. */
 static bool add_corners(maker *m, const double x[9]) {
     const int first = m->mesh.vertex_count;
     return add_vertex(m, x) && add_vertex(m, x + 3) && add_vertex(m, x + 6) &&

@@ -21,8 +21,8 @@ typedef struct touching {
     const kt_robot_source *source;
     double gravity;
     kt_namer names;
-    double *mobility; /* of bodies */
-    bool *moves;      /* likewise: a joint moves them */
+    double *mobility; /* of each body */
+    bool *moves;      /* whether a joint moves the body */
 } touching;
 
 static const kt_collision *collision_at(const kt_collisions *c, int i) {

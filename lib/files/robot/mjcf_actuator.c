@@ -80,7 +80,7 @@ static bool find_length_of(kt_mjcf *m, const kt_element *e, action *d) {
 
 static double clamp(double x, double lower, double upper) { return fmin(fmax(x, lower), upper); }
 
-/* Bounds that hold after others: a clamp of a clamp. */
+/* Applies further bounds to a bounded sum: a clamp of a clamp. */
 static void clamp_bounds(double bounds[2], const double by[2]) {
     for (int i = 0; i < 2; i++)
         bounds[i] = clamp(bounds[i], by[0], by[1]);
@@ -484,7 +484,7 @@ static void add_sum(kt_mjcf *m, const kt_list *actions, int joint, const action 
     kt_left_count(&m->sums, last->element);
 }
 
-/* Of a spatial tendon: the actions, and the first of those that share the tendon. */
+/* The actions on a spatial tendon: all actions, and the first one that acts on this tendon. */
 typedef struct pull {
     const kt_list *actions;
     const action *first;

@@ -160,7 +160,7 @@ const char *kt_mjcf_text(const kt_mjcf *m, const kt_element *e, const char *tag,
 
 /* ---- numbers and words ------------------------------------------------------------------------------------------- */
 
-/* Reads the numbers of the classes, from the outermost inwards. Numbers behind the last of a class stay. */
+/* Reads the numbers of the classes, from the outermost class inwards. A class with fewer numbers leaves the remaining ones unchanged. */
 static void read_numbers_of_classes(const kt_mjcf *m, int class, const char *tag, const char *name, int room,
                                     double *values) {
     const kt_element *defaults = kt_mjcf_class_element(m, &class);
@@ -305,7 +305,7 @@ static kt_mat3 from_zaxis(kt_mjcf *m, const kt_element *e, const double v[3]) {
     return kt_mat3_identity();
 }
 
-/* The innermost attribute counts, except that `quat` counts without others alone. */
+/* The innermost attribute counts, but `quat` counts only if no other attribute gives an orientation. */
 static kt_mat3 orientation(kt_mjcf *m, const kt_element *e, const char *tag) {
     static const char *const kinds[] = {"axisangle", "xyaxes", "zaxis", "euler"};
     static const int sizes[] = {4, 6, 3, 3};

@@ -28,7 +28,7 @@ typedef struct surface {
 static surface *surface_at(const kt_mjcf *m, int i) { return (surface *)m->surfaces.items + i; }
 
 static void read_law(kt_mjcf *m, const kt_element *e, const char *tag, kt_contact_law *l) {
-    const bool is_pair = strcmp(tag, "pair") == 0; /* whose friction has two numbers of slip, and two of rolling */
+    const bool is_pair = strcmp(tag, "pair") == 0; /* two numbers of sliding and two of rolling friction */
     double friction[5] = {l->friction, is_pair ? l->friction : l->torsion, is_pair ? l->torsion : l->rolling,
                           l->rolling, l->rolling};
     const bool has_margin = kt_mjcf_text(m, e, tag, "margin") != NULL || kt_mjcf_text(m, e, tag, "gap") != NULL;

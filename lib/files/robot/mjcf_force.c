@@ -166,7 +166,7 @@ void kt_mjcf_passive(kt_mjcf *m) {
         act_in_joint(m, kt_mjcf_joint_at(m, i));
     if (m->off.springs && m->off.dampers) /* then MuJoCo has no passive force at all */
         return;
-    for (int i = 1; i < m->bodies.count; i++) /* those below zero act next to one above zero alone, as in MuJoCo */
+    for (int i = 1; i < m->bodies.count; i++) /* as in MuJoCo, numbers below zero act only next to one above zero */
         lifts = lifts || kt_mjcf_body_at(m, i)->gravcomp > 0.0;
     for (int i = 1; i < m->bodies.count && lifts && !m->r->out_of_memory; i++) {
         const kt_mjcf_body *b = kt_mjcf_body_at(m, i);

@@ -250,7 +250,7 @@ void kt_mjcf_add_along_path(kt_mjcf *m, kt_mjcf_tendon *t, const kt_element *e, 
 
 typedef struct passive {
     double stiffness[3], damping[3], rest[2], friction;
-    bool only_beyond; /* a stop: damping acts beyond the lengths of rest alone */
+    bool only_beyond; /* a stop: damping acts only outside of the range of rest lengths */
 } passive;
 
 /* "x*(-k0 + -k1*odd + -k2*x^2)". */

@@ -40,7 +40,7 @@ bool kt_words_have(const char *words, const char *word) {
     return false;
 }
 
-/* Counts a name in the list that it belongs to. */
+/* Counts an unread name as one that changes the motion, as a harmless one, or as an unknown one. */
 static void count_name(kt_strange *strange, const kt_known_list *list, const char *name, const kt_element *e) {
     kt_unknown_count(kt_words_have(list->moving, name)     ? &strange->moving
                      : kt_words_have(list->harmless, name) ? &strange->harmless

@@ -99,7 +99,7 @@ static const char *newest_of(kt_sdf *m, const char *folder) {
     return best;
 }
 
-/* Where a model of a server is kept on this machine; NULL: nowhere. */
+/* Returns the folder in which Gazebo keeps a model of a server on this machine; NULL if there is none. */
 static const char *kept_model(kt_sdf *m, const kt_element *e, const char *plain) {
     static const char models[] = "/models/";
     const char *at = strstr(plain, models), *owner = at;

@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-/* Elements in which the format has numbers as attributes, in 1.0 alone. */
+/* Elements whose numbers are attributes in SDF 1.0 only. */
 static const kt_known moved[] = {
     {" model ", " static "},
     {" link ", " gravity self_collide kinematic "},

@@ -117,7 +117,7 @@ static bool fit_actuator(const actuator_formula *f, double b[3], double g[KT_EXP
 
 /* ---- bounds ------------------------------------------------------------------------------------------------------ */
 
-/* The end of what is between a parenthesis and its partner; NULL: there is none. */
+/* The position of the parenthesis that closes the one at `open`; NULL if there is none. */
 static const char *find_partner(const char *open) {
     int depth = 0;
     for (const char *at = open; *at != '\0'; at++) {

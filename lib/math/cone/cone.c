@@ -263,7 +263,7 @@ static void alternate(kt_cone *cone, const kt_cone_linear *of, double *y) {
     }
 }
 
-/* One round, from x or from the best so far, to y. */
+/* Runs one solver from x, or from the best solution so far, and writes its solution to y. */
 static void run_round(kt_cone *cone, const kt_cone_linear *of, kt_cone_round round) {
     static const int sweeps[KT_CONE_ROUNDS] = {[KT_CONE_NEWTON] = 2, [KT_CONE_MANY_SWEEPS] = MANY};
     const size_t bytes = 3 * (size_t)cone->n * sizeof(double);

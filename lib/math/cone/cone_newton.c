@@ -126,7 +126,7 @@ static int eliminate_below(int n, double *A, double *x, int k) {
     return largest;
 }
 
-/* The largest magnitude of n numbers, by four at once. */
+/* The largest magnitude of n numbers, in four independent maxima, which a processor computes at the same time. */
 static double largest_entry(int n, const double *x) {
     double a = 0.0, b = 0.0, c = 0.0, d = 0.0;
     int i = 0;

@@ -108,7 +108,7 @@ static void pose(const kt_coulomb *c, kt_coulomb_solver *p) {
             pose_block(c, i, j, m, kt_cone_matrix(p->cone) + 3 * i * m + 3 * j);
 }
 
-/* The same W by blocks, for more items than matrices have room for. */
+/* Returns block (i, j) of the W of the problem, for more items than the matrices have room for. */
 static void posed_block(const void *user, int i, int j, double *w) { pose_block(user, i, j, 3, w); }
 
 static void posed_rates(const void *user, const double *x, double *rate) {

@@ -20,7 +20,7 @@
 #include <string.h>
 
 enum { STAGES = 10, NEWTON = 30, HALVINGS = 40 };
-/* By which tau grows from stage to stage, so that nu / tau ends below kt_rest_exact. */
+/* The factor of tau from stage to stage, so that nu / tau ends below kt_rest_exact. */
 static const double growth = 20.0;
 /* An item whose margin exceeds the least margin by more than this part of `unit` does not bound the margin. */
 static const double bounding = 1e-7;

@@ -443,7 +443,7 @@ static bool parse_whole(kt_parser *p) {
     return reject_formula(p, p->at, "an operator is missing before %s", found_at(p->at, text));
 }
 
-/* One more term than the text has bytes: none is needed, but the size of an empty text is not 0. */
+/* The size has room for one term more than the text has bytes, so that the size of an empty text is not 0. */
 size_t kt_expression_size(const char *text) {
     if (text == NULL)
         return 0;

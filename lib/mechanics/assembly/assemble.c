@@ -402,7 +402,7 @@ static bool move_around_given(velocity_aim *aim, bool *fixed, double *weight) {
 static kt_status assemble_velocities(const kt_model *model, kt_data *data, double t, const double *q, double *v,
                                      kt_error *error) {
     kt_violation violation;
-    double speed; /* the remainder of a speed that loops forbid is a rounding error of that speed */
+    double speed; /* a residual velocity below the rounding error of this speed counts as zero */
     velocity_aim aim = {.model = model, .data = data, .t = t, .q = q, .v = v};
     bool finite = move_around_given(&aim, data->fixed, kt_scratch_part(model, data, 3)) &&
                   close_initial_velocities(&aim, data->fixed, &violation, &speed);

@@ -136,7 +136,7 @@ static size_t choose_planes(kt_body_plane *body, size_t count, kt_plane *plane) 
 
 /* ---- do all joints move in the plane? ---------------------------------------------------------------------------- */
 
-/* The same basis with its third column replaced by n, which is parallel to the third column within rounding. */
+/* Returns the basis with its third column replaced by n, which is parallel to this column within rounding. */
 static kt_mat3 basis_about(kt_mat3 basis, kt_vec3 n) {
     if (basis.z.x == n.x && basis.z.y == n.y && basis.z.z == n.z)
         return basis;

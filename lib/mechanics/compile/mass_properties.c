@@ -65,7 +65,7 @@ static const kt_key polygon_keys[] = {
     ROTATION_KEY,
 };
 
-/* A scene with a body of that shape, and joints with which it moves. */
+/* A scene with a body of the given shape, and joints for the examples. */
 #define EXAMPLE_BODY(name, joint, shape)                                                                               \
     "bodies:\n  - name: " name "\n    joint: " joint "\n    mass: 2\n    shape: " shape "\n"
 #define SWINGS "{type: revolute, axis: y, position: 30 deg}"

@@ -36,8 +36,7 @@ static void note_nontrivial(const kt_model *model, const kt_group *group, const 
     }
 }
 
-/* The same for a group that is reduced by fronts, whose A is not stored as a matrix: tests A x for some generic x. (The
- * generic numbers alone would not do: the differences between them repeat.) */
+/* As note_nontrivial, for a group that is reduced by fronts. Its A is not stored as a matrix, so that A x is tested for some generic x. (A single set of generic numbers would not suffice: the differences between them repeat.) */
 static void note_nontrivial_front(const kt_model *model, kt_data *data, size_t g, bool *nontrivial) {
     enum { VECTORS = 3 };
     const kt_group *group = &model->group[g];

@@ -504,7 +504,7 @@ void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const doubl
     }
 }
 
-/* The same parameter in another variant of the model: effects have the order of their batches. */
+/* Returns the parameter as it is in another variant of the model, where effects may have another order. */
 static kt_parameter parameter_in(const kt_model *from, const kt_parameter *parameter, const kt_model *to) {
     kt_parameter there = *parameter;
     if (parameter->kind < KT_PARAMETER_EFFECT || parameter->kind > KT_PARAMETER_EFFECT_VALUE)

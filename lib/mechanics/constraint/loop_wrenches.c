@@ -63,7 +63,7 @@ static kt_wrench frame_wrench(const kt_model *model, const kt_data *data, const 
     return out;
 }
 
-/* The same for a group that is reduced by fronts. The equations of such a group are stored as wrenches on the links,
+/* The wrench of a loop in a group that is reduced by fronts. The equations of such a group are stored as wrenches on the links,
  * about their origins, so that the cost does not grow with the length of the path. The wrench on the first link is the
  * opposite of the wrench on the second end. */
 static kt_wrench front_wrench(const kt_model *model, const kt_data *data, const kt_group_work *w,

@@ -43,7 +43,7 @@ static bool link_is_regular(const kt_link *link, const kt_link_motion *m, const 
     return false;
 }
 
-/* The same of a link that may have armature: a along S, a S_n S_n' in J or a S_f S_f' in M. */
+/* As link_is_regular, for a link that may have armature: a along S, a S_n S_n' in J or a S_f S_f' in M. */
 static bool is_regular_armature(const kt_model *model, const kt_data *data, size_t i, const kt_articulated *x,
                                 size *s) {
     const kt_link *link = &model->link[i];

@@ -5,7 +5,7 @@
 #include "evaluate/effect_formula.h"
 #include "evaluate/evaluate.h"
 
-/* As kt_path_frame_of, from the poses of all links. */
+/* The frame of a point of a path (kt_path_frame_of), computed from the poses of all links. */
 static kt_effect_end frame_at(const kt_link_kinematics *kinematics, const kt_path_link *link) {
     const kt_link_kinematics *on = &kinematics[link->link];
     return (kt_effect_end){.axes = on->axes, .point = on->position, .omega = on->omega, .velocity = on->velocity};

@@ -103,7 +103,7 @@ static kt_status evaluate_steady(const kt_model *model, kt_data *data, const kt_
     return status;
 }
 
-/* The same under the wrenches in slip_loaded. */
+/* Accelerations and normal forces, as evaluate_steady computes them, with the wrenches in slip_loaded added. */
 static kt_status evaluate(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a, double *normal,
                           kt_error *error) {
     kt_dynamic_state loaded = *at;
@@ -147,7 +147,7 @@ KT_INLINE size_t solve_normals_of(size_t n, double *A, double *N, double *pivot)
     return n;
 }
 
-/* The same, with constant lengths of loops for up to four contacts. */
+/* As solve_normals_of. For up to four contacts, n is a constant, so that the compiler unrolls the loops. */
 static size_t solve_normals(size_t n, double *A, double *N, double *pivot) {
     switch (n) {
     case 1:

@@ -60,7 +60,7 @@
 /* Predictions that are repeated. */
 enum { PREDICTIONS = 2 };
 
-/* One over the largest x. */
+/* The reciprocal of the largest x. */
 static const double shrinking = 10.0;
 
 double kt_slip_time_at_speed(double speed, double tau0, double s0) {

@@ -190,7 +190,7 @@ KT_INLINE void shift(kt_real3 r, shape is, wrenches *p) {
 #endif
 }
 
-/* The same; wrenches that are not for the link before are stored. */
+/* Shifts the wrenches to the origin of the parent, and stores them unless the next link in the loop is this parent. */
 KT_INLINE void pass_on(const sweep *s, int32_t up, kt_real3 r, shape is, bool from_child, wrenches *p) {
     shift(r, is, p);
     if (!from_child && up != 0)
@@ -400,7 +400,7 @@ KT_INLINE void take_axis(const sweep *s, shape is, int32_t i, const kt_front_mot
     add_gain(n, gn, gf, u, p);
 }
 
-/* u = -n: of the rotations, with L y = u and z = L^-T y / D; f += G z, n = 0. `at`: the link's own motion. */
+/* Eliminates the three rotations of a spherical joint: u = -n, L y = u, z = L^-T y / D, then f += G z and n = 0. `at`: the motion of the link itself. */
 KT_INLINE void take_spherical(const sweep *s, shape is, int32_t i, const kt_front_motion *at, wrenches *p, sums *to) {
     const int32_t local = s->model->link[i].local;
     const kt_articulated *kept = &s->data->articulated[s->model->link[i].articulated];
@@ -432,7 +432,7 @@ KT_INLINE void take_spherical(const sweep *s, shape is, int32_t i, const kt_fron
 }
 
 #ifndef KT_LANES
-/* The same for a joint with armature, one degree of freedom after the other (kt_project_armature). The wrenches are
+/* Eliminates a joint with armature, one degree of freedom after the other (kt_project_armature). The wrenches are
  * passed by value, so that the wrenches of other joints stay in registers. */
 static __attribute__((noinline)) wrenches take_armature(const sweep *s, int32_t i, const kt_front_motion *at,
                                                         wrenches p, sums *to) {

@@ -41,7 +41,7 @@ KT_INLINE kt_real3 add_flat(kt_real3 a, kt_real1 x, kt_real1 y) {
 #endif
 }
 
-/* As kt_planar_end_follow, link by link. */
+/* Computes the motion of link i in the plane from the motion of the link before (kt_planar_end_follow). */
 static void move_planar(const kt_front *f, const kt_front_motion *from, int32_t i, bool moving, const kt_real1 *v,
                         kt_front_motion *to) {
     const int32_t k = kt_planar_index_shift(f->model, i);
@@ -61,7 +61,7 @@ static void move_planar(const kt_front *f, const kt_front_motion *from, int32_t 
     }
 }
 
-/* As kt_end_follow, link by link. */
+/* Computes the motion of link i in space from the motion of the link before (kt_end_follow). */
 static void move_spatial(const kt_front *f, const kt_front_motion *from, int32_t i, bool moving, const kt_real1 *v,
                          kt_front_motion *to) {
     const kt_link *link = &f->model->link[i];

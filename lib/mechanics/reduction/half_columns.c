@@ -452,7 +452,7 @@ static void complete_responses(const kt_model *model, kt_data *data, const kt_gr
     *h->is_incomplete = 0;
 }
 
-/* The same due to lambda alone. */
+/* Adds the accelerations due to lambda, without forces. */
 static void complete_multipliers(const kt_model *model, kt_data *data, const kt_group *group, const kt_half *h) {
     memset(h->free_acceleration, 0, (size_t)h->m * sizeof *h->free_acceleration);
     complete_responses(model, data, group, h);

@@ -99,7 +99,7 @@ static kt_condition eliminate_pin(const kt_model *model, kt_data *data, int32_t 
 
 #ifndef KT_LANES
 
-/* The same by fronts, after the bias. */
+/* Eliminates a group by fronts, after the bias has been computed. */
 static bool eliminate_planar_front(const kt_model *model, kt_data *data, int32_t g, int32_t top, const double *tau,
                                    double *a) {
     const kt_front_aim aim = {.kind = KT_FRONT_DYNAMICS, .tau = tau, .base = top != 0};

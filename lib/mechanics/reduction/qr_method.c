@@ -88,7 +88,7 @@ KT_INLINE bool is_four_bar(const kt_group_work *w, int rank, kt_group_work *know
     return true;
 }
 
-/* As factor_any. */
+/* Factors a group as factor_any does, with constant sizes for a four-bar linkage. */
 static int factor_small(const kt_group_work *w, int cap, kt_condition *full) {
     kt_group_work known;
     if (is_four_bar(w, cap, &known))

@@ -125,7 +125,7 @@ static const kt_key table_keys[] = {
 };
 #undef AT
 
-/* A scene with a motor of that function. */
+/* A scene with a motor whose torque is the given function. */
 #define MOTOR(function)                                                                                                \
     "bodies:\n"                                                                                                        \
     "  - {name: crank, joint: {type: revolute, axis: y}, mass: 1, shape: {type: rod, to: [0.3, 0, 0]}}\n"              \

@@ -67,7 +67,7 @@ static void take_group_stages(kt_batch_work *w, kt_batch_group *group, double h,
     group->live = at.live;
 }
 
-/* The same of a semi-implicit step. */
+/* Takes a semi-implicit step of the live lanes. w->stage receives the state after the step, before loops are closed. */
 static void take_semi_implicit(kt_batch_work *w, kt_batch_group *group, double h, kt_batch_fault *fault) {
     const kt_batch *batch = w->batch;
     const kt_batch_counts *n = &batch->n;

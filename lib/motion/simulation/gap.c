@@ -64,7 +64,7 @@ static double speed_squared(const kt_gap *begin, const kt_gap *end) {
     return kt_larger(kt_vec3_dot(begin->velocity, begin->velocity), kt_vec3_dot(end->velocity, end->velocity));
 }
 
-/* One effect in one step. */
+/* The search for the instant at which effect k begins to act within a step. */
 typedef struct search {
     kt_simulation *simulation;
     size_t k;
@@ -77,7 +77,7 @@ static sample sample_of(const search *s, double t, const kt_gap *gap) {
     return (sample){.t = t, .d = gap->distance + s->boundary, .rate = gap->rate, .u = gap->velocity};
 }
 
-/* Whether nothing happens between the distances d0 and d1, with velocities u0 and u1, on a path of length w h. */
+/* Whether the effect cannot begin to act between the distances d0 and d1, with velocities u0 and u1, on a path of length w h. */
 static bool is_out_of_reach(double d0, double d1, kt_vec3 u0, kt_vec3 u1, double turn, double path, double h) {
     if (d0 + d1 >= 4.0 * path)
         return true;

@@ -129,7 +129,7 @@ kt_status kt_simulation_land(kt_simulation *simulation, const double *to, const 
     return KT_OK;
 }
 
-/* Likewise, with hard contacts, which may open or slip. A failure changes nothing. */
+/* Applies the strikes to a simulation with hard contacts, which may open or slip. A failure changes nothing. */
 static kt_status strike_with_contacts(kt_simulation *simulation, kt_hook_of_strike *const *strike, kt_error *error) {
     kt_status status = KT_OK;
     kt_simulation_begin_change(simulation);

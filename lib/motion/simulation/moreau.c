@@ -64,7 +64,7 @@
 
 KT_ARENA_LAYOUT(lay_out_moreau, kt_moreau, KT_MOREAU_FIELDS, const kt_moreau_sizes *s)
 
-/* Additional solutions for contacts that the impulses of others close within the step. */
+/* The most additional solutions of a step. Each adds contacts that the impulses of the last solution close. */
 enum { ROUNDS = 6 };
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
@@ -175,7 +175,7 @@ static kt_status add_impulses(kt_simulation *simulation, double h, const double 
     return status;
 }
 
-/* One pass: velocities without, and then with impulses. */
+/* One pass of a step: velocities without impulses, then the impulses and the velocities with them. */
 static kt_status take_pass(kt_simulation *simulation, double t, double h, const double *y, bool again, kt_power *power,
                            kt_error *error) {
     kt_moreau *m = simulation->moreau;

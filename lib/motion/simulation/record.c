@@ -403,7 +403,7 @@ static kt_status find_acceleration(kt_simulation *simulation, kt_error *from) {
     if (status != KT_OK)
         return status;
     if (simulation->slope != slope && simulation->cached == KT_CACHED_EVALUATION)
-        simulation->cached = KT_CACHED_NOTHING; /* another evaluation came after that one */
+        simulation->cached = KT_CACHED_NOTHING; /* the data hold a later evaluation than the slope */
     memcpy(simulation->a, slope + simulation->size.nq, simulation->size.nv * sizeof(double));
     return KT_OK;
 }

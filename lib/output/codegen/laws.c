@@ -225,7 +225,7 @@ static code_contact numbers_of_contact(const code_effect *e) {
     return c;
 }
 
-/* What resists a speed, per unit of the speed: most tanh(|s| / s0) / |s| */
+/* The resisting force per unit of speed: most tanh(|s| / s0) / |s| */
 static kt_op rub_of_contact(const code_effect *e, kt_op most, kt_op scale, kt_op speed) {
     kt_graph *g = graph_of(e);
     const kt_op ratio = kt_op_divide(g, speed, scale);

@@ -83,7 +83,7 @@ typedef struct shown {
     kt_solid solid;
     kt_outline outline;
     double left, right, bottom, top, area;
-    double width; /* half of that in the plane of a diagram */
+    double width; /* half of the least extent in the plane of a diagram */
     bool shines, lets_shine;
 } shown;
 
@@ -148,7 +148,7 @@ static void sample_overlap(const shown *a, const shown *b, kt_outline_point at, 
     r->further = fmax(r->further, front_b - front_a);
 }
 
-/* Samples the corners of the overlap and the middles of its edges, drawn inwards by some shares, and its centre. */
+/* Samples the centre of the overlap, and points on the lines from its corners and the middles of its edges to the centre. */
 static relation relate_pieces(const shown *a, const shown *b, bool is_diagram) {
     relation r = {-DBL_MAX, -DBL_MAX, false, true, true};
     if (a->left >= b->right || b->left >= a->right || a->bottom >= b->top || b->bottom >= a->top)
@@ -449,7 +449,7 @@ static int sort_graph(graph *g, const kt_pieces *pieces, double tolerance, bool 
 
 /* ---- mending cuts ------------------------------------------------------------------------------------------------ */
 
-/* Whether nothing that piece `which` must stay behind (or, if is_before, in front of) is painted between two places. */
+/* Whether the piece `which` may move from one place to another in the order of painting. No piece between the two may be one that `which` must stay behind (if is_before: in front of). */
 static bool place_is_free(const graph *g, const int *place, int which, bool is_before, int from, int to) {
     for (int i = 0; i < g->edge_count; i++) {
         const edge e = g->edges[i];

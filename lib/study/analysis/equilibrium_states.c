@@ -37,11 +37,11 @@
 enum { STEPS_MOST = 100, SHORTER_MOST = 30, FOLLOWED_MOST = 400 };
 
 #define ARRIVED 1e-13       /* in units: length of a step */
-#define STALLED 1e-9        /* and of one of which no part leads nearer */
-#define LONGEST 1.0         /* in units: of a step */
+#define STALLED 1e-9        /* in units: length of a step of which no part reduces the residual */
+#define LONGEST 1.0         /* in units: the longest step */
 #define FIRST 1e-2          /* s: the first step in time */
-#define LAST 1e9            /* s: of one that is Newton's */
-#define FOLLOWED_LENGTH 0.1 /* in units: the longest that is taken */
+#define LAST 1e9            /* s: the longest step in time, practically Newton's step */
+#define FOLLOWED_LENGTH 0.1 /* in units: the longest step in time that is taken */
 
 typedef struct search {
     kt_linearization *l;
@@ -200,7 +200,7 @@ static kt_status take_search_step(search *s, double *length, kt_error *error) {
     const int n = s->dofs + (int)l->size.x;
     choose_units(s, false);
     *length = 0.0;
-    if (search_step_length(s, l->step) == 0.0) /* of the residual: it rests, and nothing needs to hold it there */
+    if (search_step_length(s, l->step) == 0.0) /* no residual: the scene rests */
         return KT_OK;
     memcpy(l->matrix, l->factor, (size_t)n * (size_t)n * sizeof *l->factor);
     if (kt_lapack_gesv(n, l->factor, l->pivot, l->step) != 0)

@@ -53,7 +53,7 @@ kt_status kt_linearization_differentiate(kt_linearization *l, const double *dq, 
                                l->derivative_error + column * l->size.f, error);
 }
 
-/* Likewise by auxiliary state k. */
+/* The derivative with respect to auxiliary state k. */
 static kt_status differentiate_state(kt_linearization *l, size_t k, size_t column, kt_error *error) {
     memset(l->direction, 0, (2 * l->size.v + l->size.x) * sizeof *l->direction);
     l->direction[2 * l->size.v + k] = 1.0;

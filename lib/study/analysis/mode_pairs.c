@@ -83,7 +83,7 @@ static bool find_largest(const kt_linear_system *system, const double *shape, do
     double most = 0.0;
     for (int i = 0; i < system->coordinates; i++) {
         const double a = shape[2 * i] / system->unit[i], b = shape[2 * i + 1] / system->unit[i], size = kt_hypot(a, b);
-        if (!(size > most * (1.0 + 1e-6))) /* of equal ones the first, independently of rounding */
+        if (!(size > most * (1.0 + 1e-6))) /* the first one of equal numbers, independently of rounding */
             continue;
         most = size;
         *re = a / size / size;

@@ -80,7 +80,7 @@ static void keep_point(kt_ladder *ladder, const kt_accuracy_point *point) {
 static bool damps_all(const kt_method *method) {
     kt_stability stability;
     if (strcmp(kt_method_family_name(method), "switching") == 0)
-        return true; /* it goes on with radau5 */
+        return true; /* the curve continues with radau5 */
     return kt_method_is_implicit(method) && kt_stability_make(method, 2, &stability, NULL) == KT_OK &&
            kt_stability_real_limit(&stability) == HUGE_VAL;
 }

@@ -427,7 +427,7 @@ double kt_dae_condition(kt_dae *dae) {
     const size_t all = dae->size * (size_t)dae->stages;
     double *singular = dae->svd + all * all, *work = singular + all;
     memcpy(dae->factor, dae->matrix, all * all * sizeof(double));
-    dae->solved = false; /* the factors are lost, and the matrix with the next step */
+    dae->solved = false; /* dgesvd overwrites the factors, and the next step overwrites the matrix */
     if (kt_lapack_gesvd((int)all, (int)all, dae->factor, singular, dae->svd, work, (int)(6 * all)) != 0)
         return (double)NAN;
     dae->solved = true;

@@ -1,5 +1,4 @@
-/* Work by several threads: each takes the next item that nobody has, until there are none. Which thread computes an
- * item does not matter to its numbers. */
+/* Several threads share a list of items. Each thread computes the next item that no thread has taken, until the list is finished. The numbers of an item do not depend on the thread. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/threads.h"
 
