@@ -250,7 +250,7 @@ KT_TEST(run_finds_a_mode_that_rings_or_tells_that_it_has_missed_it) {
     kt_check_contains(
         "words", ran.err,
         "the steps of auto, which has not detected the stiffness and uses dopri5, are bounded by its stability");
-    kt_check_contains("remedy", ran.err, "Take radau5, which no decay bounds");
+    kt_check_contains("remedy", ran.err, "Take radau5, whose steps no decaying mode bounds");
     const double missed = kt_json_at(root, "cost.evaluations");
     json_decref(root);
     root = kt_json(kt_shell("$K run ring.yaml --integrator radau5 --out /dev/null --summary - 2>/dev/null").out);

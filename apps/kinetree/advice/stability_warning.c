@@ -80,8 +80,9 @@ void kt_warn_of_stability(kt_outcome *outcome) {
     const bool missed = is_switching(method);
     const kt_warning warning = kt_warning_of(
         "bounded_by_stability", w->fastest, "1/s",
-        missed ? "Take radau5, which no decay bounds; 'kinetree accuracy' measures its cost here"
-               : "Take auto, or radau5, which no decay bounds; 'kinetree accuracy' measures the cost of each here");
+        missed ? "Take radau5, whose steps no decaying mode bounds; 'kinetree accuracy' measures its cost here"
+               : "Take auto, or radau5, whose steps no decaying mode bounds; 'kinetree accuracy' measures the cost of "
+                 "each here");
     kt_warn(&outcome->warnings, &warning,
             "the steps of %s are bounded by its stability, not by the tolerance, in %d of %d parts of the run: a mode "
             "decays at up to %.3g /s, which allows none above %.3g s",

@@ -216,8 +216,7 @@ static kt_status reject_for_urdf(const kt_export *x, kt_error *error) {
     return KT_OK;
 }
 
-/* Returns the origin of an auxiliary state: scenes have states that their files do not list. scene: NULL, of a
- * description alone. */
+/* Returns a word for the origin of an auxiliary state, because a scene may have states that its file does not list. scene: NULL if the mechanism comes from a description. */
 static const char *kind_of_state(const kt_scene *scene, const char *name) {
     if (scene != NULL && kt_scene_is_place_state(scene, name))
         return "numbers of the places of footholds";

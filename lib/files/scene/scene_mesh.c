@@ -103,9 +103,9 @@ static bool give_mesh_mass(kt_reader *r, const kt_scope *scope, kt_node *node, c
                            "body %s has a mass of its own; leave out its `mass`, or the density of its mesh",
                            kt_name_quote(body->name).text);
     if (r->scene->is_alone)
-        return kt_fault_at(
-            r, KT_ERROR_SCENE, scope, kt_node_find(node, "density"),
-            "its mesh is another file; give the body a mass, a com and an inertia, and leave out density");
+        return kt_fault_at(r, KT_ERROR_SCENE, scope, kt_node_find(node, "density"),
+                           "its mesh is in another file, which cannot be read here; give the body a mass, a com and an "
+                           "inertia, and leave out density");
     const kt_status status = kt_scene_mesh_enclosed(&meshes[k], &solid, &error);
     if (status == KT_ERROR_MEMORY)
         return kt_reader_out_of_memory(r);

@@ -82,7 +82,7 @@ static const kt_descriptor descriptors[KT_SHAPE_TYPE_COUNT] = {
                         KEYS(point_keys)},
     [KT_SHAPE_ROD] = {.name = "rod",
                       .help = "a rod between two points",
-                      .formula = "that of the cylinder from one end to the other",
+                      .formula = "I as for the cylinder, with l from one end to the other",
                       .example = EXAMPLE_BODY("rod", SWINGS, "{type: rod, to: [0, 0, -1]}"),
                       KEYS(rod_keys)},
     [KT_SHAPE_BOX] = {.name = "box",

@@ -59,7 +59,7 @@ static bool mark_places(const kt_model *model, kt_data *data, bool *placed) {
     return any;
 }
 
-/* Moves the places to where the other ends are at q. */
+/* Moves the place of each loop to the position that its other end has at q. */
 static void move_places(kt_model *model, kt_pose *pose, const bool *placed, const double *q) {
     kt_link_poses(model, q, pose);
     for (size_t i = 0; i < model->n.loop; i++) {

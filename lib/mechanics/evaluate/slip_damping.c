@@ -29,7 +29,7 @@
 #include <math.h>
 #include <string.h>
 
-/* The number on the diagonal, relative to the largest one of W. */
+/* The number that is added to the diagonal of W, relative to the largest number of W. */
 static const double regular = 1e-9;
 
 /* out = factor (1 - e e') + along e e' */

@@ -34,7 +34,7 @@ typedef struct sweep {
     } row[KT_DELASSUS_MAX];
 } sweep;
 
-/* The step that completes a loop. */
+/* Returns the last step of the elimination that contains a link of the loop. */
 static int32_t completing_step_of(const kt_front *f, const kt_loop_record *loop) {
     int32_t last = -1;
     for (int k = 0; k < (loop->term_count ? loop->term_count : 2); k++) {

@@ -16,7 +16,8 @@ enum {
     KT_CODE_WIDTH = 48,  /* the longest text that is written into another */
     KT_CODE_LONG = 1000, /* a function of more statements has loops and parts */
     KT_CODE_PART = 150,  /* statements of a part, about */
-    KT_CODE_EARLY = 2    /* parts between a copy and the vectors that read it, at most: rows hold their places */
+    KT_CODE_EARLY =
+        2 /* the most parts between a copy and the vectors that read it, because rows occupy memory in between */
 };
 
 /* ---- layout ------------------------------------------------------------------------------------------------------ */

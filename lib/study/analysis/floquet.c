@@ -70,7 +70,9 @@ static kt_status check_floquet_options(const kt_model *model, const kt_floquet_o
         return kt_error_set(error, KT_ERROR_ARGUMENT, "period", "%g s: must be above zero", o->period);
     if (o->steps < 2 || o->steps % 2 != 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "steps",
-                            "%d: must be even and 2 or more; half of them show the error", o->steps);
+                            "%d: the number of steps must be even and at least 2, because a second run with half as "
+                            "many steps shows the error",
+                            o->steps);
     if (kt_step_work_size(model, o->method) == 0)
         return kt_error_set(
             error, KT_ERROR_ARGUMENT, "method",
