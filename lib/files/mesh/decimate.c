@@ -32,7 +32,8 @@ static void find_box(clusters *c) {
     c->size = fmax(high.x - low.x, fmax(high.y - low.y, high.z - low.z));
 }
 
-/* The number of the cube that contains a point, from 1. Points on the upper faces of the box belong to the last cubes, so that each point has a cube. */
+/* The number of the cube that contains a point, from 1. Points on the upper faces of the box belong to the last cubes,
+ * so that each point has a cube. */
 static uint64_t cube_of(const clusters *c, kt_vec3 x, int cubes) {
     const double scale = c->size > 0.0 ? (double)cubes / c->size : 0.0, last = (double)(cubes - 1);
     const uint64_t i = (uint64_t)fmin(scale * (x.x - c->low.x), last),

@@ -47,7 +47,8 @@ typedef struct face {
 
 enum { NONE = -1 };
 
-/* Three numbers for each vertex: the face whose list contains the vertex, the next vertex in this list, and the new face that begins at the vertex. */
+/* Three numbers for each vertex: the face whose list contains the vertex, the next vertex in this list, and the new
+ * face that begins at the vertex. */
 typedef struct link {
     int face, next, begins;
 } link;

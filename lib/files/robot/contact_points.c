@@ -48,7 +48,8 @@ static kt_vec3 area_normal(const kt_triangles *mesh, int i) {
     return kt_vec3_cross(kt_vec3_sub(mesh->vertices[c[1]], a), kt_vec3_sub(mesh->vertices[c[2]], a));
 }
 
-/* The cell of a normal n, which is also the cell of -n: the axis of the largest component, and the two other components divided by the largest one. */
+/* The cell of a normal n, which is also the cell of -n: the axis of the largest component, and the two other components
+ * divided by the largest one. */
 static int cell_of_normal(kt_vec3 n) {
     const double v[3] = {n.x, n.y, n.z};
     int axis = fabs(n.y) > fabs(n.x);

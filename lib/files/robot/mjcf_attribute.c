@@ -160,7 +160,8 @@ const char *kt_mjcf_text(const kt_mjcf *m, const kt_element *e, const char *tag,
 
 /* ---- numbers and words ------------------------------------------------------------------------------------------- */
 
-/* Reads the numbers of the classes, from the outermost class inwards. A class with fewer numbers leaves the remaining ones unchanged. */
+/* Reads the numbers of the classes, from the outermost class inwards. A class with fewer numbers leaves the remaining
+ * ones unchanged. */
 static void read_numbers_of_classes(const kt_mjcf *m, int class, const char *tag, const char *name, int room,
                                     double *values) {
     const kt_element *defaults = kt_mjcf_class_element(m, &class);

@@ -77,7 +77,9 @@ void kt_mjcf_act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator
     kt_left_count(&m->motors, e);
 }
 
-/* Adds a motor of a free joint, which acts with force times gear. The force is along the axes of the world. The moment is about the axes of the body, or with `jointinparent` about the axes of the world. Returns false if the actuator is no such motor, for example because its force depends on the motion or on an activation. */
+/* Adds a motor of a free joint, which acts with force times gear. The force is along the axes of the world. The moment
+ * is about the axes of the body, or with `jointinparent` about the axes of the world. Returns false if the actuator is
+ * no such motor, for example because its force depends on the motion or on an activation. */
 bool kt_mjcf_act_in_free(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control) {
     const char *in_parent = kt_xml_attribute(e, "jointinparent"), *joint = kt_xml_attribute(e, "joint");
     const char *name = in_parent != NULL ? in_parent : joint;

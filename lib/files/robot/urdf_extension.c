@@ -83,7 +83,8 @@ static void read_gazebo_friction(kt_urdf *u, const kt_element *e, kt_urdf_link *
     }
 }
 
-/* As in Gazebo: unless the text of `turnGravityOff` is a word for "no", the link has no weight. Unless the text of `gravity` is such a word, the link has its weight. */
+/* As in Gazebo: unless the text of `turnGravityOff` is a word for "no", the link has no weight. Unless the text of
+ * `gravity` is such a word, the link has its weight. */
 static void extend_link(kt_urdf *u, const kt_element *e, kt_urdf_link *link) {
     static const char no[] = " false no 0 ";
     const kt_element *off = kt_xml_child(e, "turnGravityOff"), *on = kt_xml_child(e, "gravity");
@@ -138,7 +139,8 @@ double kt_urdf_arm(kt_urdf *u, const kt_urdf_link *link, const char *name) {
     return fmax(read_pybullet(u, link, name), 0.0);
 }
 
-/* As in Gazebo, `mu1` has precedence over `mu`. `mu1` is the friction along one direction, and `mu2` the friction across this direction. */
+/* As in Gazebo, `mu1` has precedence over `mu`. `mu1` is the friction along one direction, and `mu2` the friction
+ * across this direction. */
 static double gazebo_friction(kt_urdf *u, const kt_urdf_link *link, const kt_element *collision) {
     const double mu = link->mu[1] >= 0.0 ? link->mu[1] : link->mu[0];
     if (link->mu[2] >= 0.0 && link->mu[2] != (mu >= 0.0 ? mu : KT_FRICTION_STANDARD))

@@ -216,7 +216,8 @@ static kt_status reject_for_urdf(const kt_export *x, kt_error *error) {
     return KT_OK;
 }
 
-/* Returns a word for the origin of an auxiliary state, because a scene may have states that its file does not list. scene: NULL if the mechanism comes from a description. */
+/* Returns a word for the origin of an auxiliary state, because a scene may have states that its file does not list.
+ * scene: NULL if the mechanism comes from a description. */
 static const char *kind_of_state(const kt_scene *scene, const char *name) {
     if (scene != NULL && kt_scene_is_place_state(scene, name))
         return "numbers of the places of footholds";

@@ -36,7 +36,8 @@ static void note_nontrivial(const kt_model *model, const kt_group *group, const 
     }
 }
 
-/* As note_nontrivial, for a group that is reduced by fronts. Its A is not stored as a matrix, so that A x is tested for some generic x. (A single set of generic numbers would not suffice: the differences between them repeat.) */
+/* As note_nontrivial, for a group that is reduced by fronts. Its A is not stored as a matrix, so that A x is tested for
+ * some generic x. (A single set of generic numbers would not suffice: the differences between them repeat.) */
 static void note_nontrivial_front(const kt_model *model, kt_data *data, size_t g, bool *nontrivial) {
     enum { VECTORS = 3 };
     const kt_group *group = &model->group[g];

@@ -63,9 +63,9 @@ static kt_wrench frame_wrench(const kt_model *model, const kt_data *data, const 
     return out;
 }
 
-/* The wrench of a loop in a group that is reduced by fronts. The equations of such a group are stored as wrenches on the links,
- * about their origins, so that the cost does not grow with the length of the path. The wrench on the first link is the
- * opposite of the wrench on the second end. */
+/* The wrench of a loop in a group that is reduced by fronts. The equations of such a group are stored as wrenches on
+ * the links, about their origins, so that the cost does not grow with the length of the path. The wrench on the first
+ * link is the opposite of the wrench on the second end. */
 static kt_wrench front_wrench(const kt_model *model, const kt_data *data, const kt_group_work *w,
                               const kt_loop_record *loop, const int32_t *slot, kt_wrench *bodies) {
     const kt_v4 none = kt_v4_splat(0.0);

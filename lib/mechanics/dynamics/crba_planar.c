@@ -118,7 +118,8 @@ KT_INLINE void pass_link(const kt_model *model, const kt_data *data, size_t k, w
     w->n += kt_mass_part_of(p, r[0] * w->f[1] - r[1] * w->f[0]);
 }
 
-/* Does in the plane what pass_block of crba.c does in space. The planar index of a link is its degree of freedom plus one. */
+/* Does in the plane what pass_block of crba.c does in space. The planar index of a link is its degree of freedom plus
+ * one. */
 KT_INLINE void pass_block(const kt_model *model, const kt_data *data, const kt_mass_block *b, bool together) {
     const kt_planar_link *link = model->planar;
     const size_t stride = kt_lanes8(model->n.v);

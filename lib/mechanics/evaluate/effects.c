@@ -384,7 +384,8 @@ static int differentiate_own(sum *s, const kt_effect_record *effect) {
     return code;
 }
 
-/* Adds the derivatives by time of an effect with formulas: in a joint, along a path, in the coordinate of a loop, or on its ends. */
+/* Adds the derivatives by time of an effect with formulas: in a joint, along a path, in the coordinate of a loop, or on
+ * its ends. */
 static int differentiate_formula(sum *s, const kt_effect_record *effect) {
     kt_path_value path;
     kt_effect_end end[2];
@@ -409,8 +410,8 @@ static int differentiate_formula(sum *s, const kt_effect_record *effect) {
     return 0;
 }
 
-/* Adds the derivatives by time of an effect with functions of time: in a joint, in the coordinate of a loop, or on its ends. Effects
- * without such functions add nothing. */
+/* Adds the derivatives by time of an effect with functions of time: in a joint, in the coordinate of a loop, or on its
+ * ends. Effects without such functions add nothing. */
 static void differentiate_functions(sum *s, const kt_effect_record *effect) {
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
     const double *q = s->at->q, *v = s->at->v, t = s->at->t;

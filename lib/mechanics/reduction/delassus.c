@@ -400,7 +400,8 @@ KT_INLINE void take_axis(const sweep *s, shape is, int32_t i, const kt_front_mot
     add_gain(n, gn, gf, u, p);
 }
 
-/* Eliminates the three rotations of a spherical joint: u = -n, L y = u, z = L^-T y / D, then f += G z and n = 0. `at`: the motion of the link itself. */
+/* Eliminates the three rotations of a spherical joint: u = -n, L y = u, z = L^-T y / D, then f += G z and n = 0. `at`:
+ * the motion of the link itself. */
 KT_INLINE void take_spherical(const sweep *s, shape is, int32_t i, const kt_front_motion *at, wrenches *p, sums *to) {
     const int32_t local = s->model->link[i].local;
     const kt_articulated *kept = &s->data->articulated[s->model->link[i].articulated];

@@ -9,7 +9,8 @@
 #define KT_PLANAR (model->sweep != KT_SWEEP_SPATIAL)
 #include "reduction/driver.h"
 
-/* Factors a group as kt_group_prepare does. Near a singular position, the size of the last direction is smaller than usual. */
+/* Factors a group as kt_group_prepare does. Near a singular position, the size of the last direction is smaller than
+ * usual. */
 static kt_condition factor_group(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
     const kt_group *group = &model->group[g];
     const int rank = group->rank[rows];

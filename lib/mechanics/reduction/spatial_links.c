@@ -271,7 +271,8 @@ KT_INLINE void respond_delassus(const kt_model *model, kt_data *data, size_t i, 
     respond_to(model, data, i, true, a);
 }
 
-/* Computes accelerations of a model that has groups in the form of Delassus, which delassus.h solves between the passes. */
+/* Computes accelerations of a model that has groups in the form of Delassus, which delassus.h solves between the
+ * passes. */
 static size_t accelerate_delassus(const kt_model *model, kt_data *data, const kt_real1 *tau, size_t end, kt_real1 *a) {
     bool delassus = true;
     const size_t failed = kt_articulated_backward(model, data, tau, end, eliminate, &delassus);

@@ -403,7 +403,8 @@ static void count_undecided(kt_simulation *simulation, double t) {
     counts->redundant += c->solution->redundant;
 }
 
-/* Finds the contacts in the island of the wedged contact that slip at most about as fast, and holds their friction constant. */
+/* Finds the contacts in the island of the wedged contact that slip at most about as fast, and holds their friction
+ * constant. */
 static void hold_slow_slip(kt_simulation *simulation, const double *u) {
     const struct kt_contacts *c = simulation->contacts;
     double most = -1.0;

@@ -138,7 +138,8 @@ static kt_status differentiate_by_number(kt_parameter_work *w, int k, quantity *
     return status;
 }
 
-/* The derivative of the forces r or M a with respect to number k. With respect to an armature, the derivative is the acceleration itself. */
+/* The derivative of the forces r or M a with respect to number k. With respect to an armature, the derivative is the
+ * acceleration itself. */
 static kt_status differentiate_forces(kt_parameter_work *w, int k, quantity *of, const kt_parameter_point *at,
                                       double *out, kt_error *error) {
     if (w->parameter->kind != KT_PARAMETER_ARMATURE)

@@ -77,7 +77,8 @@ static sample sample_of(const search *s, double t, const kt_gap *gap) {
     return (sample){.t = t, .d = gap->distance + s->boundary, .rate = gap->rate, .u = gap->velocity};
 }
 
-/* Whether the effect cannot begin to act between the distances d0 and d1, with velocities u0 and u1, on a path of length w h. */
+/* Whether the effect cannot begin to act between the distances d0 and d1, with velocities u0 and u1, on a path of
+ * length w h. */
 static bool is_out_of_reach(double d0, double d1, kt_vec3 u0, kt_vec3 u1, double turn, double path, double h) {
     if (d0 + d1 >= 4.0 * path)
         return true;

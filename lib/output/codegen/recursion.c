@@ -145,7 +145,8 @@ static void move_tree(kt_code_tree *tree, bool has_acceleration, kt_code_moving 
     }
 }
 
-/* The motion of all links of a chain, and their own wrenches. A separate pass computes everything that does not depend on another link, so that a compiler can turn its loop into vectors. */
+/* The motion of all links of a chain, and their own wrenches. A separate pass computes everything that does not depend
+ * on another link, so that a compiler can turn its loop into vectors. */
 static void move_chain(kt_code_tree *tree, bool has_acceleration, kt_code_moving *all) {
     kt_graph *g = tree->graph;
     kt_op3 *u_r = kt_graph_take(g, (size_t)tree->link_count, sizeof *u_r);

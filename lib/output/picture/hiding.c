@@ -148,7 +148,7 @@ static void sample_overlap(const shown *a, const shown *b, kt_outline_point at, 
     r->further = fmax(r->further, front_b - front_a);
 }
 
-/* Samples the centre of the overlap, and points on the lines from its corners and the middles of its edges to the centre. */
+/* Samples the overlap at its centre, and between the centre and the corners and middles of its edges. */
 static relation relate_pieces(const shown *a, const shown *b, bool is_diagram) {
     relation r = {-DBL_MAX, -DBL_MAX, false, true, true};
     if (a->left >= b->right || b->left >= a->right || a->bottom >= b->top || b->bottom >= a->top)
@@ -449,7 +449,7 @@ static int sort_graph(graph *g, const kt_pieces *pieces, double tolerance, bool 
 
 /* ---- mending cuts ------------------------------------------------------------------------------------------------ */
 
-/* Whether the piece `which` may move from one place to another in the order of painting. No piece between the two may be one that `which` must stay behind (if is_before: in front of). */
+/* Whether no piece between two places in the order of painting must be behind `which` (is_before: in front of it). */
 static bool place_is_free(const graph *g, const int *place, int which, bool is_before, int from, int to) {
     for (int i = 0; i < g->edge_count; i++) {
         const edge e = g->edges[i];

@@ -40,7 +40,8 @@ static void draw_wheel_span(const wheel_pencil *p, const kt_pose at[2], double f
                                  kt_vec3_add(at[1].position, kt_vec3_scale(second, m))});
 }
 
-/* Draws the pitch line of a rack. The line is as long as two turns of the wheel, with its middle at the point nearest to the centre. */
+/* Draws the pitch line of a rack. The line is as long as two turns of the wheel, with its middle at the point nearest
+ * to the centre. */
 static void draw_pitch_line(const wheel_pencil *p, const kt_pose at[2], double radius) {
     const kt_vec3 t = at[1].rotation.z, d = kt_vec3_sub(at[0].position, at[1].position);
     const kt_vec3 foot = kt_vec3_add(at[1].position, kt_vec3_scale(kt_vec3_dot(d, t), t));

@@ -183,7 +183,8 @@ static bool solve_floquet_multipliers(kt_floquet *f, double *matrix) {
     return KT_EIGEN_SOLVE(f, f->n, matrix, &norm);
 }
 
-/* Returns the number of directions of (q, v) that the loops forbid. A non-holonomic equation forbids a velocity, but no position. */
+/* Returns the number of directions of (q, v) that the loops forbid. A non-holonomic equation forbids a velocity, but no
+ * position. */
 static int forbidden(const kt_model *model) {
     int lost = 2 * kt_model_mobility(model).rank;
     for (int loop = 0; loop < kt_loop_count(model); loop++)

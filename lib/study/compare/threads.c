@@ -1,4 +1,5 @@
-/* Several threads share a list of items. Each thread computes the next item that no thread has taken, until the list is finished. The numbers of an item do not depend on the thread. */
+/* Several threads share a list of items. Each thread computes the next item that no thread has taken, until the list is
+ * finished. The numbers of an item do not depend on the thread. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/threads.h"
 
