@@ -82,12 +82,13 @@ const kt_usage kt_usage_accuracy = {
     .operands = "SCENE",
     .about =
         "Compares the cost of accuracy: runs a scene with every method at many steps or tolerances.\n"
-        "It measures CPU time, and the error against a reference that is itself checked.\n"
-        "It prints the cheapest setting for each goal.\n"
+        "The study measures CPU time, and the error against a reference that is itself checked.\n"
+        "The study prints the cheapest setting for each goal.\n"
         "An error is the largest one over all joints and records, of positions or of the choice of --of.\n"
         "Angles are compared on the circle, and quaternions using the rotation between them, in rad.\n"
         "Lengths are divided by the length scale of the scene; without angles they are in metres.\n"
-        "Errors are those outside of short windows about events. A second table has the errors of their instants.\n"
+        "Errors are measured outside of short windows about events. A second table has the errors of the times of "
+        "events.\n"
         "The picture has the best method of each family, at most eight. Slopes show orders, and rings show the "
         "recommended points.\n"
         "Bars reach from the least to the median of measured times.\n"

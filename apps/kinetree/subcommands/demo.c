@@ -30,7 +30,7 @@ const kt_usage kt_usage_demo = {
     .about = "Without a name, lists the bundled scenes.\n"
              "With a name, runs the scene as 'kinetree run' does, with the options of 'kinetree run'.\n"
              "Existing results stay, unless --force is given.\n"
-             "It also writes a page that shows the motion, NAME.html, unless --out names a file.\n"
+             "The command also writes a page that shows the motion, NAME.html, unless --out names a file.\n"
              "KINETREE_SCENES=FOLDER lists and runs the scenes of another folder.\n",
     KT_OPTIONS_OF(options),
     .also = &kt_usage_run,

@@ -53,8 +53,8 @@ const kt_usage kt_usage_export = {
              "Both robot formats have bodies, joints, masses, shapes, meshes, dampers, friction, limits and couplings "
              "of two joints.\n"
              "MJCF also has gravity, markers, springs in joints, motors, servos and couplings of several joints.\n"
-             "Springs and dampers between two ends or along paths are its tendons.\n"
-             "It has spherical, revolute and weld loops and the assembled start, too.\n"
+             "Tendons of MJCF represent springs and dampers between two ends or along paths.\n"
+             "MJCF has spherical, revolute and weld loops and the assembled start, too.\n"
              "Omissions and changes are reported on standard error, each kind once, with its number.\n"
              "A file that is read back has the mass matrix of the scene, except for rounding.\n"
              "\n"
@@ -70,7 +70,7 @@ const kt_usage kt_usage_export = {
              "Its outputs are the records of the scene. Parameters of the scene are parameters of the FMU.\n"
              "--input takes joints, and functions of time of effects and loops: hold, hold.target.\n"
              "With --sources gcc and clang compile its binary for other systems.\n"
-             "Scenes with hard contacts have co-simulation alone. A scene that needs other files is "
+             "For scenes with hard contacts, the FMU has only co-simulation. A scene that needs other files is "
              "rejected.\n",
     KT_OPTIONS_OF(options),
     KT_RULES_OF(rules),

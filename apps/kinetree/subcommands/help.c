@@ -29,9 +29,9 @@ const kt_usage kt_usage_help = {
                 "  kinetree help --completion bash > kinetree.bash && . ./kinetree.bash\n",
     .operands = "[SUBCOMMAND|TYPE]",
     .about = "Shows the list of subcommands, the help of one subcommand, or a type of scene files.\n"
-             "A type is that of a joint, loop, effect, function of time or shape.\n"
+             "A type belongs to a joint, a loop, an effect, a function of time or a shape.\n"
              "Man pages and completions are installed with the command.\n"
-             "These options write them for a command that was built for another machine.\n",
+             "The options write both for a command that was built for another machine.\n",
     KT_OPTIONS_OF(options),
 };
 

@@ -36,8 +36,8 @@ const kt_usage kt_usage_import = {
              "These subcommands have all options of import but --out and --mass.\n"
              "A body has the name of its link, and a joint keeps its name.\n"
              "Omissions are reported on standard error, each kind once, with the number and the first place.\n"
-             "Those that change the motion are warnings.\n"
-             "They are contacts (without --contacts), transmissions without a rotor, and plugins.\n"
+             "Omissions that change the motion are warnings.\n"
+             "Such omissions are contacts (without --contacts), transmissions without a rotor, and plugins.\n"
              "Meshes are for pictures (draw, view).\n",
     KT_OPTIONS_OF(options),
 };

@@ -80,10 +80,11 @@ const kt_usage kt_usage_modes = {
              "degrees.\n"
              "\n"
              "--period is for a motion that repeats itself, such as that of a rotor.\n"
-             "The multipliers of a period decide whether differences grow; a linearisation at an instant does not.\n"
+             "The multipliers of a period decide whether small differences grow. A linearisation at an instant does "
+             "not show this.\n"
              "\n"
              "--formulation prints the eigenvalues in all tree coordinates.\n"
-             "Those that the mechanism does not have come from the formulation.\n",
+             "Eigenvalues that the mechanism does not have come from the formulation.\n",
     KT_OPTIONS_OF(options),
     KT_RULES_OF(rules),
 };

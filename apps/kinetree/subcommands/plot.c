@@ -58,7 +58,7 @@ const kt_usage kt_usage_plot = {
              "If a marker is drawn against a marker, both axes have one scale.\n"
              "Several results, and the runs of an HDF5 file, are drawn over each other.\n"
              "The columns of a sweep are drawn over its first column that varies.\n"
-             "They are curves if each value has one run, and points otherwise.\n",
+             "The columns are drawn as curves if each value has one run, and as points otherwise.\n",
     KT_OPTIONS_OF(options),
     KT_RULES_OF(rules),
 };

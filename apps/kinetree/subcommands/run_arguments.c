@@ -138,7 +138,7 @@ const kt_usage kt_usage_view = {
              "The motion plays, and can be turned and zoomed. Curves of the recorded quantities follow below.\n"
              "\n"
              "Takes the options of 'kinetree run'. Records are written only if --out names a file of records.\n"
-             "A name that ends in .html is that of the page.\n"
+             "If this name ends in .html, it names the page.\n"
              "The frames are the records. If the scene gives no interval, there are 60 a second, but at least 600 and "
              "at most 6000 in all.\n"
              "The page always shows the reactions in joints and loops. 'run --view' shows them if they are recorded.\n",

@@ -51,18 +51,19 @@ const kt_usage kt_usage_stability = {
                 "  kinetree stability robot.yaml --step 1e-3\n"
                 "  kinetree stability robot.yaml --integrator rk4 --step 1e-3 --plot region.svg\n",
     .operands = "SCENE",
-    .about = "Linearises the scene at states along its motion and prints its fastest modes.\n"
-             "Hard contacts that are closed in a state are constraints of its modes.\n"
-             "For each mode it prints how fast the mode decays or oscillates, and which joints move.\n"
-             "Then it prints the largest stable fixed step of each method.\n"
-             "A step is stable if no mode is amplified, over the duration, to more than twice its exact value.\n"
-             "Some methods are not stable on the imaginary axis: euler, heun, midpoint and ralston.\n"
-             "They slowly amplify undamped oscillations at any step, and their limits depend on the duration.\n"
-             "\n"
-             "Each implicit method has a verdict.\n"
-             "It is A-stable if no mode that decays or oscillates grows, for any step.\n"
-             "It is L-stable if an infinitely stiff mode also vanishes after one step. Otherwise, the factor of its "
-             "decay is given.\n",
+    .about =
+        "Linearises the scene at states along its motion and prints its fastest modes.\n"
+        "Hard contacts that are closed in a state are constraints of its modes.\n"
+        "For each mode it prints how fast the mode decays or oscillates, and which joints move.\n"
+        "Then it prints the largest stable fixed step of each method.\n"
+        "A step is stable if no mode is amplified, over the duration, to more than twice its exact value.\n"
+        "Some methods are not stable on the imaginary axis: euler, heun, midpoint and ralston.\n"
+        "These methods slowly amplify undamped oscillations at any step, and their limits depend on the duration.\n"
+        "\n"
+        "Each implicit method has a verdict.\n"
+        "The method is A-stable if no mode that decays or oscillates grows, for any step.\n"
+        "The method is L-stable if an infinitely stiff mode also vanishes after one step. Otherwise, the factor of its "
+        "decay is given.\n",
     KT_OPTIONS_OF(options),
     KT_RULES_OF(rules),
 };

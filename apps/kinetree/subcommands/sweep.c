@@ -77,7 +77,7 @@ const kt_usage kt_usage_sweep = {
              "The last, least and greatest value of each column of the records follow.\n"
              "A run that fails has a line, too.\n"
              "Lines are in the order of the runs.\n"
-             "Their bytes do not depend on --jobs, --shard or an interruption.\n"
+             "The bytes of the lines do not depend on --jobs, --shard or an interruption.\n"
              "\n"
              "Results are written to FILE.partial, which is renamed at the end.\n"
              "If a sweep is killed, FILE.partial stays, and --resume continues from it.\n"

@@ -449,7 +449,7 @@ static int sort_graph(graph *g, const kt_pieces *pieces, double tolerance, bool 
 
 /* ---- mending cuts ------------------------------------------------------------------------------------------------ */
 
-/* Whether no piece between two places in the order of painting must be behind `which` (is_before: in front of it). */
+/* Whether no piece that `which` must stay behind (is_before: in front of) is painted between two places. */
 static bool place_is_free(const graph *g, const int *place, int which, bool is_before, int from, int to) {
     for (int i = 0; i < g->edge_count; i++) {
         const edge e = g->edges[i];
