@@ -187,6 +187,13 @@ def main():
                 else:
                     claim(f"program_links_{package.replace('-', '_')}_wholly",
                           build_and_run(compiler, folder, package, environment, pc.parent.parent, True, True))
+        # Before an installation, by the files that a build directory has for this.
+        before = pathlib.Path(build) / "meson-uninstalled"
+        if before.is_dir():
+            own = {**os.environ, "PKG_CONFIG_PATH": str(before)}
+            for package in ["kinetree", "kinetree-study"] + (["kinetree-scene"] if has_scene == "true" else []):
+                claim(f"program_links_{package.replace('-', '_')}_that_is_not_installed",
+                      build_and_run(compiler, folder, package, own, pathlib.Path(build) / "lib", False))
         if pc and shutil.which("cmake"):
             libdir = pc.parent.parent
             for target in ["kinetree", "static", "study", "study-static"] + (["scene", "scene-static"] if has_scene == "true" else []):
