@@ -74,6 +74,8 @@ def see_sliders(b, folder):
                      "simulate: {duration: 2}\n")
     page = pathlib.Path(folder, "pendulum.html")
     view(scene, page, "--live")
+    head = page.read_text()[:4000]
+    holds("Apache License, Version 2.0" in head and "Rich Felker" in head, "the_page_has_the_licences_of_its_engine", head[:60])
     opened(b, page)
     first = b.evaluate(END)
     for what, act, options in (

@@ -274,6 +274,9 @@ def check_binary(folder):
     claim("the_binary_needs_libc_and_libm_alone", sorted(needed - {"libc", "libm", "ld-linux-x86-64"}))
     size = [] if megabytes[0] <= 2.0 else [f"{megabytes[0]:.2f} MB, bound 2"]
     claim("the_binary_has_less_than_2_mb", size)
+    licence = fmu.folder / "documentation/licenses/license.txt"
+    claim("the_archive_has_the_licence", [] if licence.exists() and licence.read_text() == (PAGE.parents[2] / "LICENSE").read_text()
+          else ["it is missing, or another one"])
     # Debian 11 has glibc 2.31.
     stated = re.search(r"needs glibc (\d+)\.(\d+)", PAGE.read_text())
     least = tuple(int(number) for number in stated.groups()) if stated else (0, 0)

@@ -90,7 +90,7 @@ static bool add_entry(zipFile zip, const char *name, kt_bytes content) {
 
 typedef struct kt_fmu_parts {
     const char *name, *platform; /* the name of the binary, and of its folder */
-    kt_bytes description, binary, scene;
+    kt_bytes description, binary, scene, licence;
     kt_bytes build, source; /* text is NULL: the archive has no sources */
     const kt_fmu_inputs *inputs;
 } kt_fmu_parts;
@@ -101,8 +101,10 @@ static bool write_entries(const char *path, const kt_fmu_parts *parts) {
     zipFile zip = zipOpen(path, APPEND_STATUS_CREATE);
     if (zip == NULL)
         return false;
-    bool fine = add_entry(zip, "modelDescription.xml", parts->description) && add_entry(zip, binary, parts->binary) &&
-                add_entry(zip, "resources/" KT_FMU_SCENE, parts->scene);
+    bool fine =
+        add_entry(zip, "modelDescription.xml", parts->description) && add_entry(zip, binary, parts->binary) &&
+        add_entry(zip, "resources/" KT_FMU_SCENE, parts->scene) &&
+        add_entry(zip, "documentation/licenses/license.txt", parts->licence); /* where both versions of FMI look */
     if (parts->source.text != NULL)
         fine = fine && add_entry(zip, "sources/buildDescription.xml", parts->build) &&
                add_entry(zip, "sources/" KT_FMU_SOURCE, parts->source);
@@ -174,6 +176,8 @@ static int describe_and_write(const kt_export_fmu *fmu, const kt_fmu_model *desc
     int code = describe_fmu(kt_fmu_describe, described, &parts->description);
     if (code == KT_EXIT_DONE)
         code = read_installed("kinetree-fmu.so", &parts->binary);
+    if (code == KT_EXIT_DONE)
+        code = read_installed("kinetree-licence.txt", &parts->licence);
     if (code == KT_EXIT_DONE && fmu->has_sources)
         code = describe_fmu(kt_fmu_describe_build, described, &parts->build);
     if (code == KT_EXIT_DONE && fmu->has_sources)
@@ -182,6 +186,7 @@ static int describe_and_write(const kt_export_fmu *fmu, const kt_fmu_model *desc
         code = write_archive(fmu->out, parts);
     free(parts->description.text);
     free(parts->binary.text);
+    free(parts->licence.text);
     free(parts->build.text);
     free(parts->source.text);
     return code;

@@ -1,5 +1,5 @@
 """embed.py OUT PAGE.html PAGE.css SCRIPT.js...: the page with its style and scripts, as texts for view.c.
-embed.py --live OUT PAGE.html PAGE.css SCRIPT.js... -- LIVE.html LIVE.css LIVE.js... ENGINE.js WORKER.js: a live page.
+embed.py --live OUT PAGE.html PAGE.css SCRIPT.js... -- LICENCES LIVE.html LIVE.css LIVE.js... ENGINE.js WORKER.js: a live page.
 
 The page is cut where the program puts in the mechanism (@DATA@) and the frames (@MOTION@); a live page also where it
 puts in the scene (@SCENE@) and the engine (@ENGINE@). The parts of a live page stand at fixed places of the same page.
@@ -44,8 +44,9 @@ def replace_once(text, old, new):
 
 def with_experiment(text):
     """The page with controls and an engine."""
-    html, css, *own, engine, worker = map(read, live)
+    licences, html, css, *own, engine, worker = map(read, live)
     panel, accuracy = html.split("<!-- beside the chart -->\n")
+    text = replace_once(text, "<!doctype html>\n", f"<!doctype html>\n<!--\n{licences}-->\n")
     text = replace_once(text, "<main>\n", "<main>\n" + panel)
     text = replace_once(text, '<div class="aside">\n', accuracy + '<div class="aside">\n')
     text = replace_once(text, "@STYLE@", "@STYLE@" + css)
