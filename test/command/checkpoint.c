@@ -167,11 +167,11 @@ KT_TEST(checkpoint_that_does_not_fit_is_rejected_in_words) {
     kt_expect(2, "No such file", "$K run chain.yaml %s %s none", options, resume);
     kt_expect(2, ".: this is a directory; name a checkpoint", "$K run chain.yaml %s %s .", options, resume);
     kt_expect(
-        1, "these are not the records until the checkpoint",
+        1, "the file does not have the records until the checkpoint",
         "head -c 20 part.csv.partial >short.csv; $K run chain.yaml %s --out short.csv --summary s.json --resume good",
         options);
     kt_expect(
-        1, "these are not the records until the checkpoint",
+        1, "the file does not have the records until the checkpoint",
         "sed s/time/Time/ part.csv.partial >other.csv; $K run chain.yaml %s --out other.csv --summary s.json --resume "
         "good",
         options);

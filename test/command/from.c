@@ -85,7 +85,7 @@ KT_TEST(what_does_not_fit_is_told) {
     kt_expect(1, "give one of them", "$K run chain.yaml --from r.json --resume x");
     kt_write_file("r.csv", "time,position.arm,velocity.arm\n0,1,0\n0.5,2,0\n");
     kt_expect(1, "--from takes FILE or FILE:TIME, and 'x' is no time; write ", "$K run chain.yaml --from r.csv:x");
-    kt_expect(0, "has no record at 0.4 s; the nearest one, at 0.5 s, is taken",
+    kt_expect(0, "has no record at 0.4 s; the nearest record, at 0.5 s, is used",
               "$K run chain.yaml --from r.csv:0.4 --duration 0.1 --quiet --out /dev/null");
     kt_write_file("part.csv",
                   "time,position.ball[0],position.ball[1],position.ball[2],position.ball[3],velocity.ball[0]\n"

@@ -176,7 +176,7 @@ def equal_bytes():
     pathlib.Path("x.csv").unlink()
     pathlib.Path("x.csv.partial").write_bytes(whole[:len(whole) // 3])
     told = run("fall.yaml", *sweep, "--set", "simulate.duration=1", "--resume", "--out", "x.csv", code=1).stderr
-    same("another scene is rejected", "of another scene or sweep" in told, True)
+    same("another scene is rejected", "belongs to another scene or sweep" in told, True)
 
 
 PENDULUM = """kinetree: 1

@@ -246,7 +246,7 @@ KT_TEST(what_is_changed_or_left_out_is_told_once_with_number_and_place) {
         {"m.xml:4:1", "bodies that are fixed to the world (--floating lets them move): 1"},
         {"m.xml:4:30", "bodies of this model that it attaches again (attach without a model), left out: 1"},
         {"m.xml:4:1", "bodies that a program moves (mocap), fixed to the world: 1"},
-        {"m.xml:7:64", "keyframes, of which none is the start (import --keyframe NAME): 1"},
+        {"m.xml:7:64", "keyframes, none of which is used as the start (import --keyframe NAME uses one): 1"},
         {"m.xml:3:1", "bodies whose mass and inertia are those of their geoms: 1"},
         {"m.xml:7:11", "soft equalities, which are exact loops in the scene: 1"},
         {"m.xml:6:30", "motors, whose torque is that of the control at the start (0 without --keyframe): 1"},

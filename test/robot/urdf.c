@@ -404,7 +404,7 @@ KT_TEST(joints_that_follow_start_where_their_masters_put_them) {
     for (int i = 0; i < 3; i++)
         kt_check_equal_bits(names[i], find_body(scene, names[i])->joint.position, &expected[i], 1);
     kt_check_equal_int("loops", scene->description.loop_count, 2);
-    kt_check_equal_int("of followers", count_notes(scene, "follow put them, which is not zero: 2"), 1);
+    kt_check_equal_int("of followers", count_notes(scene, "and therefore do not start at zero: 2"), 1);
     kt_check_equal_int("beyond limits", count_notes(scene, "beyond their own limits, since they follow others: 1"), 1);
     kt_check_equal_int("at a limit", count_notes(scene, "start at a limit"), 1);
 

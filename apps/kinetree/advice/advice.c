@@ -470,7 +470,7 @@ static void advise_changes(kt_trials *trials, const reached *r, const int *open,
         found += advise_on_places(trials, r, open[i], gap[i]);
     for (int i = 0; i < count && found == 0 && d->loop_count > 1; i++)
         if (kt_closes_without(trials, open[i])) {
-            kt_print("  the others close without loop '%s'\n", d->loops[open[i]].name);
+            kt_print("  the other loops close without loop '%s'\n", d->loops[open[i]].name);
             found++;
         }
     if (found + types == 0 && !trials->ended)

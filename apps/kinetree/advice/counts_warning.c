@@ -40,11 +40,10 @@ static void warn_of_caps(kt_outcome *outcome) {
     if (capped == 0 || method == NULL || !kt_method_is_implicit(method))
         return;
     if (method->gamma != NULL)
-        kt_warn(
-            &outcome->warnings, &warning,
-            "%llu step%s took the Jacobian of an earlier one, or none, since it could not be computed there: the order "
-            "of %s is lower",
-            capped, capped == 1 ? "" : "s", method->name);
+        kt_warn(&outcome->warnings, &warning,
+                "%llu step%s took the Jacobian of an earlier one, or none, since the Jacobian could not be computed: "
+                "the order of %s is lower",
+                capped, capped == 1 ? "" : "s", method->name);
     else
         kt_warn(&outcome->warnings, &warning,
                 "in %llu step%s, Newton's iteration came no nearer to the solution than 1e-7 of the state; the last "

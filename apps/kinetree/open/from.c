@@ -82,7 +82,7 @@ static int find_record(source *s) {
         if (fabs(time[i] - s->time) < fabs(time[s->row] - s->time))
             s->row = i;
     if (!isnan(s->time) && fabs(time[s->row] - s->time) > 1e-9 * fmax(1.0, fabs(s->time)))
-        kt_say("%s has no record at %.9g s; the nearest one, at %.9g s, is taken", s->path, s->time, time[s->row]);
+        kt_say("%s has no record at %.9g s; the nearest record, at %.9g s, is used", s->path, s->time, time[s->row]);
     return KT_EXIT_DONE;
 }
 

@@ -145,13 +145,16 @@ static const char *find_fault(const kt_lines *lines, const kt_written *before) {
     uint64_t sum = KT_SUM_START;
     if (fstat(lines->file, &status) != 0 || !S_ISREG(status.st_mode) || lines->buffer.is_short ||
         !begins_with_line(lines))
-        return "these are not the records until the checkpoint: other columns, or no records; give the --out of the "
+        return "the file does not have the records until the checkpoint: other columns, or no records; give the --out "
+               "of the "
                "run that wrote it";
     if (status.st_size < before->bytes)
-        return "these are not the records until the checkpoint: they are fewer; give the --out of the run that wrote "
+        return "the file does not have the records until the checkpoint: they are fewer; give the --out of the run "
+               "that wrote "
                "it";
     if (!kt_csv_sum(lines->file, 0, before->bytes, &sum) || sum != before->sum)
-        return "these are not the records until the checkpoint: another run has written over them; give the --out of "
+        return "the file does not have the records until the checkpoint: another run has written over them; give the "
+               "--out of "
                "the run that wrote it, or begin anew without --resume";
     return NULL;
 }

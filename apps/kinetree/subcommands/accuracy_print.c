@@ -269,9 +269,9 @@ static void print_spread(const kt_findings *findings) {
     if (count == 0)
         return;
     qsort(spreads, count, sizeof *spreads, kt_compare_numbers);
-    printf(
-        "\n  times are the least of repeated runs; half of them lie within %.2g %% of it, nine tenths within %.2g %%\n",
-        100.0 * spreads[count / 2], 100.0 * spreads[9 * count / 10]);
+    printf("\n  times are the least of repeated runs; half of the times lie within %.2g %% of the least, nine tenths "
+           "within %.2g %%\n",
+           100.0 * spreads[count / 2], 100.0 * spreads[9 * count / 10]);
 }
 
 /* Prints why no setting is recommended for a goal above the uncertainty of the reference. */

@@ -333,7 +333,8 @@ int kt_command_modes(int argc, char **argv) {
     if (code >= 0)
         return code;
     if (arguments.at == KT_MODES_AT_INITIAL && arguments.nearest)
-        return kt_misuse("modes: --nearest is about an equilibrium, and --at initial is not");
+        return kt_misuse("modes: --nearest linearises about an equilibrium, and --at initial about the initial state; "
+                         "leave one of them out");
     const kt_file_use uses[] = {
         {"the scene", argv[1], false}, {"--plot", arguments.plot, true}, {"--view", arguments.view, true}};
     if ((code = kt_check_files("modes", uses, 3)) >= 0 ||

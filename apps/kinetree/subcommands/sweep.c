@@ -166,8 +166,8 @@ static int check_line(const kt_sweep *sweep, const char *name, int64_t run, cons
     if (own.line == NULL)
         kt_say("sweep: there is not enough memory");
     else if (!same)
-        kt_say("sweep: run %lld has %s in %s than %s: it is of another scene or sweep; "
-               "leave --resume out, or name another --out",
+        kt_say("sweep: run %lld has %s in %s than %s: the file belongs to another scene or sweep; leave --resume out, "
+               "or name another --out",
                (long long)run, whole ? "another line" : "another number or other values", name,
                whole ? "the scene gives now" : "in this sweep");
     kt_sweep_result_free(&own);

@@ -396,7 +396,7 @@ static void add_parts(kt_builder *builder, const kt_beam *b, const kt_beam_segme
         builder->loops[builder->loop_count++] = make_closing_loop(s, parts->loop);
 }
 
-/* Puts the beam before the member in an error. */
+/* Writes the name of the beam before the name of the member in an error. */
 static kt_status name_beam(const kt_beam *b, kt_status status, const kt_error *from, kt_error *error) {
     char where[KT_WHERE_SIZE];
     snprintf(where, sizeof where, "beam '%s'", b->name != NULL ? b->name : "");

@@ -20,12 +20,12 @@ static const kt_note body_notes[] = {
     KT_NOTE(kt_mjcf, attached, MOTION,
             "bodies of this model that it attaches again (attach without a model), left out:"),
     KT_NOTE(kt_mjcf, incomplete, MOTION,
-            "tendons, equalities and actuators that are left out, since they refer to what is not attached:"),
+            "tendons, equalities and actuators that are left out, since they refer to parts that are not attached:"),
     KT_NOTE(kt_mjcf, lost_settings, MOTION,
             "attached models with settings for a whole model (option, settotalmass); the settings of this model apply "
             "instead:"),
     KT_NOTE(kt_mjcf, mocap, START, "bodies that a program moves (mocap), fixed to the world:"),
-    KT_NOTE(kt_mjcf, keys, START, "keyframes, of which none is the start (import --keyframe NAME):"),
+    KT_NOTE(kt_mjcf, keys, START, "keyframes, none of which is used as the start (import --keyframe NAME uses one):"),
     KT_NOTE(kt_mjcf, by_density, DETAIL, "geoms without a mass and a density, which take the density of --density:"),
     KT_NOTE(kt_mjcf, by_geoms, DETAIL, "bodies whose mass and inertia are those of their geoms:"),
 };
@@ -98,7 +98,7 @@ static void note_contacts(kt_notes *n, const kt_mjcf *m) {
     else if (!m->source->options->contacts)
         kt_note_put(n, KT_NOTE_RANK_START, &m->contacts,
                     "geoms that could touch others, left out, since contacts are effects: %d", m->contacts.count);
-    kt_note_put(n, KT_NOTE_RANK_DETAIL, &m->touched.made, "geoms that touch planes, of which there are %d: %d",
+    kt_note_put(n, KT_NOTE_RANK_DETAIL, &m->touched.made, "geoms that can touch the planes, %d in number: %d",
                 m->touched.planes.count, m->touched.made.count);
     KT_NOTES_PUT(n, m, contact_notes);
     if (m->source->options->contacts && m->touched.planes.count == 0 && is_flying(m) && kt_vec3_norm(m->gravity) > 0.0)

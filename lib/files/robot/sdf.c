@@ -58,7 +58,7 @@ static const kt_note first_notes[] = {
     KT_NOTE(kt_sdf, unversioned, START,
             "models of a server in a given version; any version on the search path is taken:"),
     KT_NOTE(kt_sdf, renamed_models, START,
-            "models before SDF 1.7 that have the name of another one, and are called NAME_1 here, or a later number:"),
+            "models before SDF 1.7 that have the name of another model, and are called NAME_1, NAME_2, ... here:"),
     KT_NOTE(kt_sdf, states, START, "initial states of worlds (<state>) that are left out:"),
     KT_NOTE(kt_sdf, renamed, DETAIL, "names of bodies that a scene cannot have, with '_' or a number:"),
     KT_NOTE(kt_sdf, renamed_frames, DETAIL,
@@ -92,8 +92,8 @@ static const kt_note later_notes[] = {
     KT_NOTE(kt_sdf, still_joints, DETAIL, "joints within one rigid part, left out:"),
     KT_NOTE(kt_sdf, gearboxes, DETAIL, "gearboxes, which are couplings of the joints between their links:"),
     KT_NOTE(kt_sdf, lost_gears, MOTION,
-            "gearboxes that are left out, since what is between their links and the reference does not turn about "
-            "parallels of the axes alone:"),
+            "gearboxes that are left out, since joints between their links and the reference turn about other "
+            "directions than the axes:"),
     KT_NOTE(kt_sdf, lost_mimics, MOTION,
             "mimics that are left out, since one of the two joints has no axis in the tree:"),
     KT_NOTE(kt_sdf, friction, MOTION, KT_NOTE_SMOOTH_FRICTION),

@@ -210,7 +210,7 @@ int kt_sdf_find(kt_sdf *m, const kt_element *e, int frame, const char *name) {
             break;
     if (m->missing.count > 0) {
         (void)kt_robot_fault(
-            m->r, e, "%s does not exist; it may be in what is included and is not in the model's folder: %.120s",
+            m->r, e, "%s does not exist; it may be in an included model that is not in the model's folder: %.120s",
             kt_name_quote(name).text, m->missing.what);
         return -1;
     }

@@ -465,8 +465,8 @@ static void write_events(kt_emitter *e, const kt_member *m) {
     for (size_t k = 0; (number = kt_assignments_next(m->object, &k)) != NULL;)
         if (number->parameter < 0 || !kt_assignments_parameter(m->object, number->parameter).is_set) {
             kt_emit_reject(e, KT_ERROR_UNSUPPORTED,
-                           "events set parameters that numbers of the scene follow; a scene is written with numbers in "
-                           "place of parameters, which no event could set");
+                           "events of this scene set parameters from which other numbers follow; a written scene has "
+                           "numbers in place of parameters, so that its events could not set them");
             break;
         }
     kt_items_write(e, m);

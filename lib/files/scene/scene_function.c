@@ -15,7 +15,7 @@
 
 /* The contents of a mapping: the function, and a file that it is to be read from. */
 typedef struct form_read {
-    kt_function function; /* the first: fields lie in it */
+    kt_function function; /* the first member, because the other fields refer to this struct */
     kt_csv_choice choice;
     kt_node *file; /* NULL: none */
 } form_read;

@@ -387,7 +387,7 @@ kt_status kt_scene_vary(kt_scene *scene, const double *values, kt_error *error) 
         (void)put_bound_numbers(scene, v->values);
         return kt_error_set(error, KT_ERROR_SCENE, "kt_scene_vary",
                             "a number that follows from these values is not finite, or not above 0 as it must be; read "
-                            "the scene with them for the place");
+                            "the scene with these values to find the number");
     }
     memcpy(v->values, values, (size_t)v->variable_count * sizeof *values);
     return KT_OK;

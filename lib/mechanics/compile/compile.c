@@ -21,11 +21,12 @@ static kt_status check_model_options(const kt_model_options *options, kt_error *
     for (size_t i = 0; i < sizeof choices / sizeof choices[0]; i++)
         if (choices[i].value >= choices[i].count)
             return kt_error_set(error, KT_ERROR_ARGUMENT, choices[i].name,
-                                "%u is none of its values; begin with kt_model_options_default", choices[i].value);
+                                "%u is not a value of this option; begin with kt_model_options_default",
+                                choices[i].value);
     if (options->contact_switches < 0 || options->contact_switches > KT_SWITCH_MAX)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "options.contact_switches",
-                            "%d must not be negative, nor more than %d, which are %d models", options->contact_switches,
-                            KT_SWITCH_MAX, 1 << KT_SWITCH_MAX);
+                            "%d: the number must be at least 0 and at most %d, which makes %d models",
+                            options->contact_switches, KT_SWITCH_MAX, 1 << KT_SWITCH_MAX);
     return KT_OK;
 }
 

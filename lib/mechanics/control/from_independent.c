@@ -203,7 +203,7 @@ static kt_status complete_solution(kt_actuation_work *w, kt_data *data, double t
     return kt_commit(w->model, NULL, w->right, x, v ? "acceleration" : "velocity", error);
 }
 
-/* The chosen ones of n numbers are finite. */
+/* Whether the chosen numbers, out of n, are finite. */
 static kt_status check_independent_values(const kt_actuation_work *w, double t, const double *q, const double *v,
                                           const double *x, const char *what, kt_error *error) {
     const kt_input input = {.q = q, .v = v, .x = w->right, .what = what};

@@ -89,7 +89,8 @@ kt_status kt_input_reject_not_finite(const kt_model *model, double t, const kt_i
 
 kt_status kt_columns_check(size_t n, int columns, const double *x, kt_error *error) {
     if (columns < 0)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "columns", "there are no %d columns; give 0 or more", columns);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "columns", "%d columns are not possible; give 0 or more",
+                            columns);
     const size_t count = n * (size_t)columns;
     if (!x && count > 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "x", "it is NULL; give %lu numbers", (unsigned long)count);

@@ -27,8 +27,7 @@ static size_t lay_out_lanes(const kt_model *model, void *memory) {
         return bytes;
     data->base = NULL;
     kt_clear(data->rest, kt_where(model->n.group, model->n.v) * sizeof *data->rest);
-    kt_clear(data->factored,
-             model->n.group * sizeof *data->factored); /* it is read where no state could be prepared, too */
+    kt_clear(data->factored, model->n.group * sizeof *data->factored); /* read even if no state could be prepared */
     spread_angles(model->angle, model->n.angle, data->lane_angle);
     spread_angles(model->force_link_angle, model->n.force_link_angle, data->lane_force_angle);
     return bytes;
