@@ -99,7 +99,7 @@ KT_TEST(record_of_a_contact_that_no_step_has_seen_is_rejected) {
     kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
     kt_check_equal_int("status", kt_simulation_run(simulation, ignore, NULL, &error), KT_ERROR_STEP);
     kt_check_contains("names it", error.where, "effect 'face' (contact)");
-    kt_check_contains("says what", error.message, "has not seen it; take a smaller step");
+    kt_check_contains("says what", error.message, "has detected it; take a smaller step");
 }
 
 /* ---- what stays at a boundary ------------------------------------------------------------------------------------ */

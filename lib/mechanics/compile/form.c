@@ -34,8 +34,8 @@ static const form_price dense_price[] = {[false] = {0.070, 170.0, 0.0, 10.6}, [t
 #define WORTH_FREE 0.125
 enum { FREE_LEAST = 10 };
 
-/* From this number of links on, fronts in registers (reduction/front4.h) are worth their loss in batches. A row of
- * three windows takes nearly the same time by dense matrices, and one of ten windows twice as much. */
+/* From this number of links on, fronts in registers (reduction/front4.h) gain more than batches lose by them. A row of
+ * three windows takes nearly the same time with dense matrices, and a row of ten windows twice as much. */
 enum { KT_FRONT4_LINKS = 10 };
 
 static double form_cost(const form_price *of, double operations, const kt_group *group) {

@@ -115,7 +115,7 @@ static kt_loop_end initial_end(const kt_attach *a, const kt_loop_record *loop, i
     return end;
 }
 
-/* The direction, about the z axis of an end, in which the axis of the other is where both frames coincide. */
+/* When both frames coincide: the angle about the z axis of end k at which the axis of the other end lies. */
 static double zero_of(const kt_loop *loop, int k) {
     const kt_mat3 aligned = kt_triad_from_axis(kt_vec3_normalize(kt_loop_axis(loop, k)), 2);
     const kt_vec3 other = kt_mat3_apply_transposed(aligned, kt_loop_axis(loop, 1 - k));

@@ -85,7 +85,8 @@ static void put_lane_model(const kt_model *model, void *work, kt_lane_mask lanes
     data->base = NULL;
 }
 
-/* The lanes that are sound, and whose n numbers are finite: x - x is 0 where x is, and NaN persists in a sum. */
+/* Returns the sound lanes whose n numbers are finite. x - x is 0 if x is finite, otherwise NaN, and NaN persists in a
+ * sum. */
 static kt_lane_mask finite_lanes(kt_condition sound, const kt_real1 *x, size_t n) {
     kt_real1 excess = kt_real1_splat(0.0);
     for (size_t i = 0; i < n; i++)

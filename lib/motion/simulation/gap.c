@@ -323,12 +323,12 @@ static kt_status reject_gap(const kt_simulation *simulation, size_t k, double t,
     const kt_where_text name =
         effect->name ? kt_where_format("effect '%.40s' (%s)", simulation->model->text + effect->name, type)
                      : kt_where_format("effects[%d] (%s)", (int)effect->source, type);
-    return kt_error_set(
-        error, KT_ERROR_STEP, name.text,
-        "it acts at t = %.9g s, %.3g %s deep, and the step from %.9g to %.9g s has not seen it; take %s", t, depth,
-        effect->ends > 0 ? "m" : "rad or m", kt_integrator_previous_time(simulation->integrator),
-        kt_integrator_time(simulation->integrator),
-        simulation->step > 0.0 ? "a smaller step" : "a smaller max_step, or a smaller tolerance");
+    return kt_error_set(error, KT_ERROR_STEP, name.text,
+                        "it acts at t = %.9g s, %.3g %s beyond its boundary, but no stage of the step from %.9g to "
+                        "%.9g s has detected it; take %s",
+                        t, depth, effect->ends > 0 ? "m" : "rad or m",
+                        kt_integrator_previous_time(simulation->integrator), kt_integrator_time(simulation->integrator),
+                        simulation->step > 0.0 ? "a smaller step" : "a smaller max_step, or a smaller tolerance");
 }
 
 /* Rejects a record at t, with its state in y, if an effect on one side of a boundary acts at t, but at neither end of

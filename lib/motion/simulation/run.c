@@ -53,8 +53,8 @@ static kt_status check_run_tolerances(const kt_run *run, kt_error *error) {
                             run->relative, run->absolute);
     if (run->relative > 0.0 && run->relative < KT_TOLERANCE_LEAST)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "tolerance",
-                            "%g (relative) is below the rounding of numbers, which no step can undercut; take %.2g or "
-                            "more, or 0 for the absolute one alone",
+                            "%g (relative) is below the rounding of numbers, which the error of a step cannot fall "
+                            "below; take %.2g or more, or 0 to use only the absolute tolerance",
                             run->relative, 1.04 * KT_TOLERANCE_LEAST); /* two digits, rounded up */
     return KT_OK;
 }

@@ -87,7 +87,7 @@ static void list_around(const kt_triangles *mesh, int *first, int *list) {
     for (int i = mesh->triangle_count; i-- > 0;)
         for (int k = 0; k < 3; k++)
             list[--first[mesh->triangles[i].corner[k] + 1]] = i;
-    memmove(first, first + 1, (size_t)mesh->vertex_count * sizeof *first); /* each has gone down to its own beginning */
+    memmove(first, first + 1, (size_t)mesh->vertex_count * sizeof *first); /* first[k + 1] begins list k */
     first[mesh->vertex_count] = 3 * mesh->triangle_count;
 }
 
