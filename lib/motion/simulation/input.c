@@ -55,7 +55,7 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
 
 static kt_status enter_inputs(kt_simulation *simulation, const kt_step_progress *progress, kt_error *error) {
     (void)progress;
-    return kt_simulation_inputs_commit(simulation, error);
+    return simulation->memory.pending ? kt_simulation_inputs_commit(simulation, error) : KT_OK;
 }
 
 const kt_part kt_input_part = {.enter = enter_inputs};

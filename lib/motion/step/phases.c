@@ -49,6 +49,7 @@ void kt_parts_list(kt_simulation *simulation, const kt_part *const *parts, size_
             continue;
         KT_PHASES(KT_PHASE_ADD)
     }
+    phases->judge = counts.begin + counts.prepare + counts.check + counts.accept + counts.retry > 0;
 }
 #undef KT_PHASE_COUNT
 #undef KT_PHASE_ADD
