@@ -17,11 +17,11 @@
 #include <string.h>
 
 kt_status kt_fmu_take_events(kt_fmu *fmu, kt_error *error) {
-    const size_t room = fmu->simulation->event_count + 1;
+    const size_t room = fmu->simulation->events.count + 1;
     fmu->events = calloc(room, sizeof *fmu->events);
     if (fmu->events == NULL)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "there is not enough memory");
-    fmu->event_count = fmu->is_exchange ? (int)fmu->simulation->event_count : 0;
+    fmu->event_count = fmu->is_exchange ? (int)fmu->simulation->events.count : 0;
     return KT_OK;
 }
 
@@ -31,7 +31,7 @@ void kt_fmu_forget_events(kt_fmu *fmu) {
 }
 
 static bool is_armed(const kt_fmu *fmu, int k) {
-    const uint64_t limit = fmu->simulation->event[k].limit;
+    const uint64_t limit = fmu->simulation->events.list[k].limit;
     return limit == 0 || fmu->events[k].count < (double)limit;
 }
 
@@ -58,7 +58,7 @@ static kt_status renew_events(kt_fmu *fmu, bool is_action, bool *any, kt_error *
         const int side = value != 0.0 || is_action ? kt_sign_of(value) : -(int)e->side;
         if (status != KT_OK || !is_armed(fmu, k) || (is_action && value == e->value))
             continue;
-        const kt_direction direction = fmu->simulation->event[k].direction;
+        const kt_direction direction = fmu->simulation->events.list[k].direction;
         const bool counts = direction == KT_DIRECTION_EITHER || (direction == KT_DIRECTION_RISING) == (side > 0);
         if (!is_action && side != 0 && e->side != 0.0 && side != (int)e->side && counts)
             e->is_due = *any = true;
@@ -71,7 +71,7 @@ static kt_status renew_events(kt_fmu *fmu, bool is_action, bool *any, kt_error *
 
 /* Applies an event in the state of the simulation, which is then that of the importer. */
 static kt_status apply_event(kt_fmu *fmu, int k, bool *stops, kt_error *error) {
-    const kt_event *event = &fmu->simulation->event[k];
+    const kt_event *event = &fmu->simulation->events.list[k];
     kt_fmu_event *e = &fmu->events[k];
     e->is_due = false;
     e->count += 1.0;
@@ -100,7 +100,7 @@ kt_status kt_fmu_apply_events(kt_fmu *fmu, bool *applied, bool *stops, kt_error 
 double kt_fmu_next_breakpoint(const kt_fmu *fmu, double t) {
     double next = HUGE_VAL;
     for (int k = 0; k < fmu->event_count; k++) {
-        const kt_event *event = &fmu->simulation->event[k];
+        const kt_event *event = &fmu->simulation->events.list[k];
         const double time =
             event->breakpoint != NULL && is_armed(fmu, k) ? event->breakpoint(event->user, t) : HUGE_VAL;
         next = time > t ? fmin(next, time) : next;

@@ -2,7 +2,7 @@
  * it begins. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "evaluate/slip.h"
-#include "simulation/simulation.h"
+#include "simulation/newton_matrices.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -81,7 +81,7 @@ static double error_of(kt_simulation *s, const double *y, kt_random *random, dou
     for (size_t k = 0; k < s->size.free; k++) {
         const double z = kt_random_normal(random);
         for (size_t i = 0; i < nv; i++)
-            x[i] += z * s->basis[k * nv + i];
+            x[i] += z * s->newton->basis[k * nv + i];
     }
     failed += difference(s, y, x, by);
     for (size_t i = 0; i < nq + nv; i++)

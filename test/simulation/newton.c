@@ -4,7 +4,7 @@
 #include "parsed.h"
 
 #include "kinetree/scene.h"
-#include "simulation/simulation.h"
+#include "simulation/newton_matrices.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -153,7 +153,7 @@ static double states_defect(const kt_simulation *s, const double *jacobian, doub
     for (size_t c = 0; c < s->size.free && s->size.reduced; c++) {
         double sum = 0.0;
         for (size_t i = 0; i < nv; i++)
-            sum += s->basis[c * nv + i] * missing[nq + i];
+            sum += s->newton->basis[c * nv + i] * missing[nq + i];
         worst = fmax(worst, fabs(sum));
     }
     return worst / size;

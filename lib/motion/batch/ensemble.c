@@ -98,7 +98,7 @@ static const char *fallback_reason_of_member(const kt_ensemble *e, const kt_simu
         return why;
     if (s->transformation || s->options.acceleration || s->options.projection)
         return "its equations are not those of its own model";
-    return s->size.n > s->size.work || s->watches_works ? "it records or watches the work done (balance)" : NULL;
+    return s->size.n > s->size.work || s->works.watches ? "it records or watches the work done (balance)" : NULL;
 }
 
 static bool is_empty(const kt_ensemble *e) {

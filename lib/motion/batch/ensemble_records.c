@@ -19,8 +19,9 @@ static bool store_none(const kt_model *model) {
 
 bool kt_ensemble_shares_records(const kt_simulation *s) {
     return s->model->n.group == 0 && !s->breakpoints.fixed &&
-           s->record == (s->record & (KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ENERGY)) &&
-           (s->record & KT_RECORD_ENERGY) != 0 && !s->places && store_none(s->model) && !s->model->has_armature;
+           s->records.bits == (s->records.bits & (KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ENERGY)) &&
+           (s->records.bits & KT_RECORD_ENERGY) != 0 && !s->records.places && store_none(s->model) &&
+           !s->model->has_armature;
 }
 
 /* Whether the state of a record is the dense output of the step that the lanes hold, with no loops to close. */

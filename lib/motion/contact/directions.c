@@ -141,7 +141,7 @@ static bool take_loads(kt_simulation *simulation) {
     bool changes = false;
     for (int k = 0; k < c->sides; k++)
         if (kt_contact_is_slipping(simulation, k) && !(t < simulation->contact_state[k].held))
-            simulation->contact_state[k].load = fmax(simulation->event_value[k], 0.0);
+            simulation->contact_state[k].load = fmax(simulation->events.value[k], 0.0);
     for (int k = 0; k < c->sides; k++)
         if (kt_contact_is_slipping(simulation, k)) {
             const double before = simulation->data->slip_slow[2 * index_of_slip(simulation->model, &c->item[k]) + 1];
@@ -392,7 +392,7 @@ static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
 kt_status kt_contacts_begin_slip(kt_simulation *simulation, kt_error *error) {
     if (kt_contacts_follow_slip(simulation)) {
         kt_integrator_change(simulation->integrator, true);
-        simulation->contact_time = simulation->event_time = (double)NAN;
+        simulation->contact_time = simulation->events.time = (double)NAN;
     }
     kt_status status = simulation->memory.retries >= TRIES ? end_hovering(simulation, error) : KT_OK;
     return status == KT_OK ? end_turns(simulation, error) : status;

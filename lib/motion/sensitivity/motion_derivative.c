@@ -200,25 +200,25 @@ static kt_status add_taken_step(motion *m, double t0, kt_error *error) {
 static kt_status reject_event(const motion *m, size_t k, kt_status code, const char *words, kt_error *error) {
     return kt_error_set(
         error, code,
-        kt_where_at("event", m->simulation->event[k].name, kt_integrator_time(m->simulation->integrator)).text, "%s",
-        words);
+        kt_where_at("event", m->simulation->events.list[k].name, kt_integrator_time(m->simulation->integrator)).text,
+        "%s", words);
 }
 
 /* Finds the event at the present time that changes the motion; event_count: there is none. */
 static kt_status find_event(const motion *m, size_t *event, kt_error *error) {
     const kt_simulation *simulation = m->simulation;
     const size_t contacts = kt_simulation_contact_events(simulation);
-    *event = simulation->event_count;
-    for (size_t k = 0; k < simulation->event_count; k++) {
-        if (!simulation->event_root[k].due || simulation->event[k].action == NULL)
+    *event = simulation->events.count;
+    for (size_t k = 0; k < simulation->events.count; k++) {
+        if (!simulation->event_root[k].due || simulation->events.list[k].action == NULL)
             continue;
-        if (*event < simulation->event_count)
+        if (*event < simulation->events.count)
             return reject_event(
                 m, k, KT_ERROR_SINGULAR,
                 "it happens at the same instant as another one; neighbouring motions have them in either "
                 "order, and there is no derivative",
                 error);
-        if (k >= contacts && !simulation->event[k].repeatable)
+        if (k >= contacts && !simulation->events.list[k].repeatable)
             return reject_event(
                 m, k, KT_ERROR_UNSUPPORTED,
                 "its action would also be called in neighbouring states; if it only jumps and switches, set "
@@ -307,7 +307,7 @@ static kt_status move_to_neighbour(motion *m, double t, double closing, kt_error
     if (status != KT_OK)
         return status;
     kt_copy(simulation->state, m->y, simulation->size.state * sizeof *m->y);
-    simulation->event_time = (double)NAN;
+    simulation->events.time = (double)NAN;
     simulation->cached = KT_CACHED_NOTHING;
     kt_simulation_forget_breakpoints(simulation);
     return KT_OK;
@@ -435,7 +435,7 @@ static kt_status pass_events(motion *m, kt_error *error) {
     kt_status status = find_event(m, &k, error);
     if (status != KT_OK)
         return status;
-    if (k < simulation->event_count && !kt_simulation_has_jumped(simulation)) {
+    if (k < simulation->events.count && !kt_simulation_has_jumped(simulation)) {
         kt_simulation_save(simulation, m->checkpoint);
         kt_copy(m->before, kt_integrator_state(simulation->integrator), m->n * sizeof *m->before);
         kt_copy(m->torque, simulation->torque, m->nv * sizeof *m->torque);

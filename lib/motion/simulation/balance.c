@@ -27,6 +27,16 @@
 #include <math.h>
 #include <string.h>
 
+/* A part of the last step, along which powers were integrated. */
+enum { KT_PANEL_TERMS = 13 };
+typedef struct kt_work_panel {
+    bool known;
+    int tried;                 /* panels of this step, tried or taken */
+    double from, to, next;     /* s; `next`: the proposed length of the next panel */
+    kt_work start;             /* at `from`, since the start of the run */
+    kt_work b[KT_PANEL_TERMS]; /* the work done from `from` on, as coefficients of Legendre's polynomials */
+} kt_work_panel;
+
 /* Before a dead point of a drive, its power grows without bound and finally consists of rounding errors. A step
  * therefore gets at most PANELS_MOST panels, tried or taken. */
 enum { NODES = 15, HALVINGS = 20, PANELS_MOST = 128 };
@@ -177,7 +187,7 @@ static bool begin_panel(kt_simulation *simulation, kt_work_panel *panel) {
 }
 
 bool kt_simulation_works_at(kt_simulation *simulation, double t, kt_work *work) {
-    kt_work_panel *panel = simulation->panel;
+    kt_work_panel *panel = simulation->works.panel;
     const kt_crossings crossings = simulation->data->crossings; /* only crossings of the motion are reported */
     bool fine = (panel->known && panel->from <= t) || begin_panel(simulation, panel);
     while (fine && panel->to < t)
@@ -194,7 +204,7 @@ bool kt_simulation_works_at(kt_simulation *simulation, double t, kt_work *work) 
 static void refine_works(kt_simulation *simulation) {
     const double t = kt_integrator_time(simulation->integrator);
     kt_work work;
-    simulation->panel->known = simulation->memory.refined = false;
+    simulation->works.panel->known = simulation->memory.refined = false;
     if (!(kt_integrator_quadrature_error(simulation->integrator) > doubt_of(simulation->model)))
         return;
     const uint64_t factorizations = simulation->memory.factorizations; /* only those of the motion count */
@@ -206,11 +216,21 @@ static void refine_works(kt_simulation *simulation) {
     simulation->cached = KT_CACHED_NOTHING;
 }
 
+static size_t measure_panel(const kt_simulation_sizes *size) { return size->panel * sizeof(kt_work_panel); }
+
+static void place_panel(kt_simulation *simulation, void *memory) { simulation->works.panel = memory; }
+
 static bool has_panel(const kt_simulation *simulation) { return simulation->size.panel > 0; }
 
-static void resume_panel(kt_simulation *simulation) { simulation->panel->known = false; }
+static void resume_panel(kt_simulation *simulation) { simulation->works.panel->known = false; }
 
-static void forget_panel(kt_simulation *simulation) { simulation->panel->known = simulation->memory.refined = false; }
+static void forget_panel(kt_simulation *simulation) {
+    simulation->works.panel->known = simulation->memory.refined = false;
+}
 
-const kt_part kt_balance_part = {
-    .is_active = has_panel, .forget = forget_panel, .resume = resume_panel, .finish = refine_works};
+const kt_part kt_balance_part = {.measure = measure_panel,
+                                 .place = place_panel,
+                                 .is_active = has_panel,
+                                 .forget = forget_panel,
+                                 .resume = resume_panel,
+                                 .finish = refine_works};

@@ -196,7 +196,7 @@ double kt_simulation_next_feature(kt_simulation *simulation, const kt_expression
         next = fmin(next, found);
     }
     simulation->memory.sought = KT_BREAKPOINT_OPERATIONS - left;
-    simulation->event_cut += cut;
+    simulation->events.cut += cut;
     return next;
 }
 

@@ -20,7 +20,7 @@
 #include <string.h>
 
 #define KT_CHECKPOINT_EVENTS(X)                                                                                        \
-    X(event_evaluations, "the option 'event_evaluations' at", simulation->event_evaluations)                           \
+    X(event_evaluations, "the option 'event_evaluations' at", simulation->events.evaluations)                          \
     X(contact, "the option 'contact' at", simulation->steps_over_contacts)
 
 /* The settings on which steps and records after a checkpoint depend: name, words, value. One list writes, compares and
@@ -32,7 +32,7 @@
     X(max_step, "a longest step of", adaptive ? options->max_step : 0.0)                                               \
     X(max_steps, "a largest number of steps of", adaptive ? (double)options->max_steps : 0.0)                          \
     X(duration, "a duration of", simulation->duration)                                                                 \
-    X(interval, "an interval between records of", simulation->interval)                                                \
+    X(interval, "an interval between records of", simulation->records.interval)                                        \
     X(unprojected, "the option 'unprojected' at", simulation->options.unprojected)                                     \
     X(smooth_inputs, "the option 'smooth_inputs' at", simulation->options.smooth_inputs)                               \
     X(accelerates, "accelerations of the caller's at", simulation->options.acceleration != NULL)                       \
@@ -131,8 +131,8 @@ static uint64_t sum_of_model(const kt_model *model) {
 
 static uint64_t sum_of_events(const kt_simulation *simulation) {
     uint64_t sum = KT_SUM_START;
-    for (size_t k = 0; k < simulation->event_count; k++)
-        sum = kt_sum_add(sum, &simulation->event[k].sum, sizeof simulation->event[k].sum);
+    for (size_t k = 0; k < simulation->events.count; k++)
+        sum = kt_sum_add(sum, &simulation->events.list[k].sum, sizeof simulation->events.list[k].sum);
     return sum;
 }
 
@@ -396,7 +396,7 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     if (status != KT_OK)
         return status;
     memcpy(kt_simulation_block(simulation), from + at.state, kt_simulation_block_size(size));
-    if (head.settings.duration != simulation->duration || head.settings.interval != simulation->interval) {
+    if (head.settings.duration != simulation->duration || head.settings.interval != simulation->records.interval) {
         simulation->memory.next_record = 0;
         kt_simulation_skip_records(simulation);
     }

@@ -57,20 +57,20 @@
     X(event_shrinking, KT_BLOCK_COUNT)                                                                                 \
     X(event_ratio, KT_BLOCK_ANY)                                                                                       \
     X(event_row, KT_BLOCK_COUNT)                                                                                       \
-    X(stopped, 0.0, (double)of->event_count)                                                                           \
+    X(stopped, 0.0, (double)of->events.count)                                                                          \
     X(set, KT_BLOCK_ANY)                                                                                               \
     KT_MEMORY_EVENT_WORDS(X)                                                                                           \
     X(beyond, 0.0, kt_simulation_contact_events(of) > 0)                                                               \
-    X(fires, 0.0, of->event_count > 0)
+    X(fires, 0.0, of->events.count > 0)
 
 #define KT_MEMORY_EVENT_WORDS(X)                                                                                       \
     X(event_since, KT_BLOCK_ANY)                                                                                       \
     X(event_many, KT_BLOCK_COUNT)                                                                                      \
     X(event_missed, KT_BLOCK_COUNT)                                                                                    \
     X(breakpoints, KT_BLOCK_COUNT)                                                                                     \
-    X(event_cuts, 0.0, of->event_count > 0 ? 0x1p53 : 0.0)                                                             \
+    X(event_cuts, 0.0, of->events.count > 0 ? 0x1p53 : 0.0)                                                            \
     X(event_cut_time, KT_BLOCK_ANY)                                                                                    \
-    X(event_cut_of, 0.0, of->event_count > 0 ? (double)of->event_count - 1.0 : 0.0)                                    \
+    X(event_cut_of, 0.0, of->events.count > 0 ? (double)of->events.count - 1.0 : 0.0)                                  \
     X(contacts.count, KT_BLOCK_COUNT)                                                                                  \
     X(contacts.impacts, KT_BLOCK_COUNT)                                                                                \
     X(contacts.closings, KT_BLOCK_COUNT)                                                                               \

@@ -419,7 +419,7 @@ static bool rest(kt_simulation *simulation, size_t k, double window) {
 
 static bool crowds(const kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
-    const double *last = simulation->event_value + (KT_EVENT_VALUES - 2) * simulation->size.event;
+    const double *last = simulation->events.value + (KT_EVENT_VALUES - 2) * simulation->size.event;
     bool any = false;
     for (int k = 0; k < c->sides; k++)
         any = any || (!kt_contact_is_closed(simulation->model, &c->item[k]) && !simulation->event_root[k].due &&
@@ -496,7 +496,7 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     simulation->contact_mask = c->mask;
     simulation->slow_slip = kt_contacts_slow_slip(simulation);
     simulation->contact_margin = 2.0 * kt_contact_touching * fmax(1.0, c->all->length);
-    simulation->event_source = &contact_source;
+    simulation->events.source = &contact_source;
     if (status == KT_OK && steps)
         kt_moreau_init(simulation);
     simulation->memory.contacts.count = 0;

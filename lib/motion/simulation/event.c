@@ -72,7 +72,7 @@ static kt_status sample_panel(kt_simulation *simulation, double from, double to,
         }
         if (status == KT_OK)
             status = kt_event_evaluate_all(simulation, times[j], y,
-                                           simulation->event_value + (size_t)j * simulation->size.event, error);
+                                           simulation->events.value + (size_t)j * simulation->size.event, error);
     }
     return status;
 }
@@ -81,15 +81,15 @@ static kt_status sample_panel(kt_simulation *simulation, double from, double to,
  * far from the event, the dense output of the previous, longer try was wrong, for example because friction reversed
  * within that try. Then the time to which the slope at the end leads is noted. */
 static bool arrives(kt_simulation *simulation, size_t k, const double *times) {
-    const double *before = simulation->event_value + (KT_EVENT_SAMPLES - 2) * simulation->size.event + k,
+    const double *before = simulation->events.value + (KT_EVENT_SAMPLES - 2) * simulation->size.event + k,
                  *end = times + KT_EVENT_SAMPLES - 1;
     const double last = before[simulation->size.event], slope = (last - *before) / (end[0] - end[-1]);
     const bool is_hidden = kt_simulation_hides_contact(simulation, k, *end - times[0] <= kt_event_together(times[0]));
     if (is_hidden || kt_sign_of(last) != -simulation->event_root[k].side ||
-        !(fabs(last) > reached * simulation->event_search[k].size))
+        !(fabs(last) > reached * simulation->events.search[k].size))
         return true;
     if (slope * last < 0.0)
-        simulation->event_lead = fmin(simulation->event_lead, *end - last / slope);
+        simulation->events.lead = fmin(simulation->events.lead, *end - last / slope);
     return false;
 }
 
@@ -99,15 +99,15 @@ static kt_status find_roots_in(kt_simulation *simulation, const double *times, b
                                kt_error *error) {
     const double t1 = kt_integrator_time(simulation->integrator);
     kt_status status = KT_OK;
-    for (size_t k = 0; status == KT_OK && k < simulation->event_count; k++) {
+    for (size_t k = 0; status == KT_OK && k < simulation->events.count; k++) {
         kt_event_root *found = &simulation->event_root[k];
-        kt_event_search *search = &simulation->event_search[k];
+        kt_event_search *search = &simulation->events.search[k];
         double root = HUGE_VAL;
         int side = 0;
         if (found->due && found->time <= times[0]) /* in an earlier panel */
             continue;
         for (size_t j = 0; j < KT_EVENT_SAMPLES; j++)
-            search->size = fmax(search->size, fabs(simulation->event_value[j * simulation->size.event + k]));
+            search->size = fmax(search->size, fabs(simulation->events.value[j * simulation->size.event + k]));
         if (kt_event_is_watched(simulation, k))
             status = kt_event_find_root(simulation, k, times, &root, &side, error);
         const bool is_awaited = found->due && found->time == t1;
@@ -131,9 +131,9 @@ static kt_status find_roots_in(kt_simulation *simulation, const double *times, b
  * breakpoint is passed, because a search costs more than a step. */
 static double next_event_breakpoint(kt_simulation *simulation, double t, size_t *of) {
     double next = HUGE_VAL;
-    for (size_t k = 0; k < simulation->event_count; k++) {
-        const kt_event *event = &simulation->event[k];
-        double *breakpoint = &simulation->event_search[k].breakpoint;
+    for (size_t k = 0; k < simulation->events.count; k++) {
+        const kt_event *event = &simulation->events.list[k];
+        double *breakpoint = &simulation->events.search[k].breakpoint;
         if (event->breakpoint == NULL || !kt_event_is_watched(simulation, k))
             continue;
         if (!(t < *breakpoint))
@@ -168,45 +168,45 @@ static double largest_rate(kt_simulation *simulation, double t, const double *y)
 static kt_status begin_events(kt_simulation *simulation, kt_error *error) {
     const double t = kt_integrator_time(simulation->integrator);
     const double *y = kt_integrator_state(simulation->integrator);
-    if (simulation->event_time == t)
+    if (simulation->events.time == t)
         return KT_OK;
-    const kt_status status = kt_event_evaluate_all(simulation, t, y, simulation->event_value, error);
+    const kt_status status = kt_event_evaluate_all(simulation, t, y, simulation->events.value, error);
     if (status != KT_OK)
         return status;
-    simulation->event_time = t;
-    simulation->event_rate = largest_rate(simulation, t, y);
-    for (size_t k = 0; k < simulation->event_count; k++)
+    simulation->events.time = t;
+    simulation->events.rate = largest_rate(simulation, t, y);
+    for (size_t k = 0; k < simulation->events.count; k++)
         if (simulation->event_memory[k].side == 0 && kt_event_is_watched(simulation, k))
-            simulation->event_memory[k].side = kt_sign_of(simulation->event_value[k]);
+            simulation->event_memory[k].side = kt_sign_of(simulation->events.value[k]);
     return KT_OK;
 }
 
 /* Sets the values with which a search along the last step begins. */
 static void begin_search(kt_simulation *simulation) {
     const size_t n = simulation->size.event;
-    simulation->event_rate_end = largest_rate(simulation, kt_integrator_time(simulation->integrator),
-                                              kt_integrator_state(simulation->integrator));
-    kt_copy(simulation->event_value + KT_EVENT_SAMPLES * n, simulation->event_value, n * sizeof(double));
-    simulation->event_cut = 0;
-    simulation->event_lead = HUGE_VAL;
-    for (size_t k = 0; k < simulation->event_count; k++)
-        simulation->event_search[k] = (kt_event_search){.side = (int)simulation->event_memory[k].side,
-                                                        .spent = simulation->event_search[k].spent,
-                                                        .breakpoint = simulation->event_memory[k].breakpoint};
+    simulation->events.rate_end = largest_rate(simulation, kt_integrator_time(simulation->integrator),
+                                               kt_integrator_state(simulation->integrator));
+    kt_copy(simulation->events.value + KT_EVENT_SAMPLES * n, simulation->events.value, n * sizeof(double));
+    simulation->events.cut = 0;
+    simulation->events.lead = HUGE_VAL;
+    for (size_t k = 0; k < simulation->events.count; k++)
+        simulation->events.search[k] = (kt_event_search){.side = (int)simulation->event_memory[k].side,
+                                                         .spent = simulation->events.search[k].spent,
+                                                         .breakpoint = simulation->event_memory[k].breakpoint};
 }
 
 /* The largest number of values that the step has taken so far for one event. */
 static int most_spent(const kt_simulation *simulation) {
     int most = 0;
-    for (size_t k = 0; k < simulation->event_count; k++)
-        most = simulation->event_search[k].spent > most ? simulation->event_search[k].spent : most;
+    for (size_t k = 0; k < simulation->events.count; k++)
+        most = simulation->events.search[k].spent > most ? simulation->events.search[k].spent : most;
     return most;
 }
 
 /* The first event that is watched; event_count if there is none. */
 static size_t first_watched(const kt_simulation *simulation) {
     size_t k = 0;
-    while (k < simulation->event_count && !kt_event_is_watched(simulation, k))
+    while (k < simulation->events.count && !kt_event_is_watched(simulation, k))
         k++;
     return k;
 }
@@ -222,14 +222,14 @@ typedef struct reach {
 static reach begin_reach(kt_simulation *simulation) {
     const int begin = most_spent(simulation);
     reach r = {.begin = begin, .most = INT_MAX, .half = -HUGE_VAL, .of = first_watched(simulation)};
-    const int left = simulation->event_evaluations - KT_EVENT_EVALUATIONS_LEAST - begin;
-    r.most = simulation->event_most = begin + (left > 0 ? left / 2 : 0);
+    const int left = simulation->events.evaluations - KT_EVENT_EVALUATIONS_LEAST - begin;
+    r.most = simulation->events.most = begin + (left > 0 ? left / 2 : 0);
     return r;
 }
 
 /* The number of panels of equal length of a step. An adaptive step is searched as far as its values suffice. */
 static double count_panels(const kt_simulation *simulation, double length, reach *r) {
-    const double turn = length * fmax(simulation->event_rate, simulation->event_rate_end);
+    const double turn = length * fmax(simulation->events.rate, simulation->events.rate_end);
     const double count = fmax(1.0, ceil(turn / half_turn)),
                  most = floor((double)(r->most - r->begin) / (KT_EVENT_SAMPLES - 1));
     if (simulation->step > 0.0 && count > most) {
@@ -267,18 +267,18 @@ static kt_status find_roots(kt_simulation *simulation, bool is_first, bool may_s
     const size_t n = simulation->size.event;
     const double t0 = kt_integrator_previous_time(simulation->integrator);
     const double t1 = kt_integrator_time(simulation->integrator);
-    double *value = simulation->event_value;
+    double *value = simulation->events.value;
     double times[KT_EVENT_SAMPLES], from = t0, i = 1.0;
     kt_status status = KT_OK;
     *first = *shorter = HUGE_VAL;
     begin_search(simulation);
     reach r = begin_reach(simulation);
-    if (r.of == simulation->event_count)
+    if (r.of == simulation->events.count)
         return KT_OK;
     const double count = count_panels(simulation, t1 - t0, &r);
     if (is_first && count == 1.0 && !r.cut && !(next_event_breakpoint(simulation, t0, &r.of) < t1) &&
         kt_event_all_far(simulation)) {
-        simulation->event_reach = t1;
+        simulation->events.reach = t1;
         return KT_OK;
     }
     while (status == KT_OK && from < t1 && from <= *first + kt_event_together(*first)) {
@@ -300,17 +300,17 @@ static kt_status find_roots(kt_simulation *simulation, bool is_first, bool may_s
     if (r.cut && !(*shorter < HUGE_VAL))
         count_cut(simulation, &r);
     kt_copy(value, value + KT_EVENT_SAMPLES * n, n * sizeof(double));
-    simulation->event_reach = from;
+    simulation->events.reach = from;
     return status;
 }
 
 /* The last root that belongs to the same instant as the first root. Later roots are not due any longer. */
 static double event_instant_of(kt_simulation *simulation, double first) {
     double last = first;
-    for (size_t k = 0; k < simulation->event_count; k++)
+    for (size_t k = 0; k < simulation->events.count; k++)
         if (simulation->event_root[k].due && simulation->event_root[k].time <= first + kt_event_together(first))
             last = fmax(last, simulation->event_root[k].time);
-    for (size_t k = 0; k < simulation->event_count; k++)
+    for (size_t k = 0; k < simulation->events.count; k++)
         if (simulation->event_root[k].due) {
             simulation->event_root[k].due = simulation->event_root[k].time <= last;
             simulation->event_root[k].time = last;
@@ -321,18 +321,18 @@ static double event_instant_of(kt_simulation *simulation, double first) {
 /* Accepts the last step: its end becomes the beginning of the next one. */
 static void pass_step(kt_simulation *simulation, bool fires) {
     const size_t n = simulation->size.event;
-    kt_copy(simulation->event_value, simulation->event_value + (KT_EVENT_SAMPLES - 1) * n, n * sizeof(double));
-    simulation->event_time = kt_integrator_time(simulation->integrator);
-    simulation->event_rate = simulation->event_rate_end;
+    kt_copy(simulation->events.value, simulation->events.value + (KT_EVENT_SAMPLES - 1) * n, n * sizeof(double));
+    simulation->events.time = kt_integrator_time(simulation->integrator);
+    simulation->events.rate = simulation->events.rate_end;
     kt_simulation_clear_jump(simulation);
-    simulation->memory.cut += simulation->event_cut;
-    for (size_t k = 0; k < simulation->event_count; k++) {
+    simulation->memory.cut += simulation->events.cut;
+    for (size_t k = 0; k < simulation->events.count; k++) {
         if (!kt_event_is_watched(simulation, k)) /* it has no value */
             continue;
-        const int side = kt_sign_of(simulation->event_value[k]);
+        const int side = kt_sign_of(simulation->events.value[k]);
         const bool due = fires && simulation->event_root[k].due;
-        simulation->event_memory[k].size = simulation->event_search[k].size;
-        simulation->event_memory[k].breakpoint = simulation->event_search[k].breakpoint;
+        simulation->event_memory[k].size = simulation->events.search[k].size;
+        simulation->event_memory[k].breakpoint = simulation->events.search[k].breakpoint;
         if (due || side != 0)
             simulation->event_memory[k].side = due ? simulation->event_root[k].side : side;
     }
@@ -341,15 +341,15 @@ static void pass_step(kt_simulation *simulation, bool fires) {
 
 /* Begins the tries of a step, the first of which ends at t1. */
 static void begin_tries(kt_simulation *simulation, double t1) {
-    simulation->event_end = t1;
-    for (size_t k = 0; k < simulation->event_count; k++)
+    simulation->events.end = t1;
+    for (size_t k = 0; k < simulation->events.count; k++)
         simulation->event_root[k].due = false;
 }
 
 /* Whether this is the first search of a step. */
 static bool is_first_search(kt_simulation *simulation) {
-    const bool first = !simulation->event_searched;
-    simulation->event_searched = true;
+    const bool first = !simulation->events.searched;
+    simulation->events.searched = true;
     return first;
 }
 
@@ -357,16 +357,16 @@ static bool is_first_search(kt_simulation *simulation) {
 static size_t aim_of(const kt_simulation *simulation) {
     const double t1 = kt_integrator_time(simulation->integrator);
     size_t k = 0;
-    while (k < simulation->event_count && !(simulation->event_root[k].due && simulation->event_root[k].time == t1))
+    while (k < simulation->events.count && !(simulation->event_root[k].due && simulation->event_root[k].time == t1))
         k++;
     return k;
 }
 
 /* Remembers an event for which a step is repeated (steps_per_call). */
 static void remember_due(kt_simulation *simulation) {
-    for (size_t k = simulation->event_count; k-- > 0;)
+    for (size_t k = simulation->events.count; k-- > 0;)
         if (simulation->event_root[k].due)
-            simulation->event_latest = k;
+            simulation->events.latest = k;
 }
 
 /* Searches events after a try. If an event happened within the step, the step is undone, and the next try ends at the
@@ -379,8 +379,8 @@ static kt_status reject_event_step(kt_simulation *simulation, kt_step_progress *
     double first, shorter;
     const bool is_first = is_first_search(simulation);
     if (is_first)
-        for (size_t k = 0; k < simulation->event_count; k++)
-            simulation->event_search[k].spent = 0;
+        for (size_t k = 0; k < simulation->events.count; k++)
+            simulation->events.search[k].spent = 0;
     if (repetition == 0)
         begin_tries(simulation, t1);
     const size_t aim = aim_of(simulation);
@@ -391,10 +391,10 @@ static kt_status reject_event_step(kt_simulation *simulation, kt_step_progress *
     const bool ends =
         repetition >= REPETITIONS && !(t1 - instant > kt_event_together(t1) && kt_simulation_skips_contact(simulation));
     const bool fires = instant < HUGE_VAL && (fabs(t1 - instant) <= kt_event_least_width(simulation, t1) || ends);
-    if (fires && simulation->event_reach != t1) /* the last panel ended before the end of the step */
+    if (fires && simulation->events.reach != t1) /* the last panel ended before the end of the step */
         status =
             kt_event_evaluate_all(simulation, t1, kt_integrator_state(simulation->integrator),
-                                  simulation->event_value + (KT_EVENT_SAMPLES - 1) * simulation->size.event, error);
+                                  simulation->events.value + (KT_EVENT_SAMPLES - 1) * simulation->size.event, error);
     if (status != KT_OK) {
         kt_simulation_note_cause(simulation, error);
         kt_integrator_retreat(simulation->integrator, t1 - t0);
@@ -407,8 +407,8 @@ static kt_status reject_event_step(kt_simulation *simulation, kt_step_progress *
         return KT_OK;
     }
     if (fires || !(instant < HUGE_VAL)) {
-        simulation->event_fires = fires;
-        simulation->event_aim = fires ? simulation->event_count : aim;
+        simulation->events.fires = fires;
+        simulation->events.aim = fires ? simulation->events.count : aim;
         return KT_OK;
     }
     instant = repetition >= REPETITIONS && !ends ? 0.5 * (t0 + t1) : instant;
@@ -417,7 +417,7 @@ static kt_status reject_event_step(kt_simulation *simulation, kt_step_progress *
     *verdict = instant - t0 > shortest_event_step(simulation, instant) ? KT_VERDICT_REPEAT : KT_VERDICT_STAY;
     progress->t_limit = instant;
     if (*verdict == KT_VERDICT_STAY) { /* no step is so short: the event happens at the present state */
-        for (size_t k = 0; k < simulation->event_count; k++)
+        for (size_t k = 0; k < simulation->events.count; k++)
             if (simulation->event_root[k].due)
                 simulation->event_memory[k].side = simulation->event_root[k].side;
         simulation->memory.fires = true;
@@ -427,26 +427,36 @@ static kt_status reject_event_step(kt_simulation *simulation, kt_step_progress *
 
 /* Accepts the last try, which all parts have accepted. */
 static kt_status accept_events(kt_simulation *simulation, kt_error *error) {
-    const size_t aim = simulation->event_aim;
+    const size_t aim = simulation->events.aim;
     const double t0 = kt_integrator_previous_time(simulation->integrator);
-    const kt_status status = kt_simulation_count_miss(simulation, aim < simulation->event_count, aim, error);
+    const kt_status status = kt_simulation_count_miss(simulation, aim < simulation->events.count, aim, error);
     if (status == KT_OK)
-        pass_step(simulation, simulation->event_fires);
+        pass_step(simulation, simulation->events.fires);
     else
         kt_integrator_retreat(simulation->integrator, kt_integrator_time(simulation->integrator) - t0);
     return status;
 }
 
 static kt_status begin_search_of_step(kt_simulation *simulation, kt_error *error) {
-    simulation->event_searched = false;
+    simulation->events.searched = false;
     return begin_events(simulation, error);
 }
 
-static bool has_events(const kt_simulation *simulation) { return simulation->event_count > 0; }
+static bool has_events(const kt_simulation *simulation) { return simulation->events.count > 0; }
 
-static void forget_values(kt_simulation *simulation) { simulation->event_time = (double)NAN; }
+static void forget_values(kt_simulation *simulation) { simulation->events.time = (double)NAN; }
 
-const kt_part kt_event_part = {.is_active = has_events,
+KT_ARENA_ARRAYS(lay_out_events, kt_events, KT_EVENT_FIELDS, size_t n)
+
+static size_t measure_events(const kt_simulation_sizes *size) { return lay_out_events(NULL, NULL, size->event); }
+
+static void place_events(kt_simulation *simulation, void *memory) {
+    (void)lay_out_events(&simulation->events, memory, simulation->size.event);
+}
+
+const kt_part kt_event_part = {.measure = measure_events,
+                               .place = place_events,
+                               .is_active = has_events,
                                .rebind = forget_values,
                                .forget = forget_values,
                                .resume = forget_values,
@@ -460,7 +470,7 @@ const kt_part kt_event_part = {.is_active = has_events,
  * state. */
 static kt_status hand_over_event(kt_simulation *simulation, size_t k, kt_recorder *recorder, void *user,
                                  kt_error *error) {
-    const kt_event *event = &simulation->event[k];
+    const kt_event *event = &simulation->events.list[k];
     if (recorder == NULL || !(event->record || event->stop))
         return KT_OK;
     return kt_simulation_record_event(simulation, event, recorder, user, error);
@@ -468,7 +478,7 @@ static kt_status hand_over_event(kt_simulation *simulation, size_t k, kt_recorde
 
 /* Applies one event: its action, or the end of the run. */
 static kt_status apply_one_event(kt_simulation *simulation, size_t k, kt_error *error) {
-    const kt_event *event = &simulation->event[k];
+    const kt_event *event = &simulation->events.list[k];
     kt_error from = {0};
     const double t = kt_integrator_time(simulation->integrator);
     const kt_occurrence what = {.event = event,
@@ -488,15 +498,15 @@ static kt_status apply_one_event(kt_simulation *simulation, size_t k, kt_error *
 /* Renews the sides after actions. An event whose value changed is on the side of its new value. If that value is zero,
  * the next nonzero value decides. */
 static kt_status renew_sides(kt_simulation *simulation, kt_error *error) {
-    if (simulation->event_time == kt_integrator_time(simulation->integrator))
+    if (simulation->events.time == kt_integrator_time(simulation->integrator))
         return KT_OK;
     const size_t n = simulation->size.event;
-    double *before = simulation->event_value + n;
-    memcpy(before, simulation->event_value, n * sizeof(double));
+    double *before = simulation->events.value + n;
+    memcpy(before, simulation->events.value, n * sizeof(double));
     const kt_status status = begin_events(simulation, error);
-    for (size_t k = 0; status == KT_OK && k < simulation->event_count; k++)
-        if (simulation->event_value[k] != before[k] && k >= kt_simulation_contact_events(simulation))
-            simulation->event_memory[k].side = kt_sign_of(simulation->event_value[k]);
+    for (size_t k = 0; status == KT_OK && k < simulation->events.count; k++)
+        if (simulation->events.value[k] != before[k] && k >= kt_simulation_contact_events(simulation))
+            simulation->event_memory[k].side = kt_sign_of(simulation->events.value[k]);
     return status;
 }
 
@@ -514,7 +524,7 @@ static kt_status fire(kt_simulation *simulation, size_t k, kt_recorder *recorder
         return status;
     root->due = root->recorded = false;
     status = apply_one_event(simulation, k, error);
-    if (status != KT_OK || simulation->event_time == t)
+    if (status != KT_OK || simulation->events.time == t)
         return status;
     status = renew_sides(simulation, error); /* before the record: a checkpoint there holds them */
     return status == KT_OK ? hand_over_event(simulation, k, recorder, user, error) : status;
@@ -523,11 +533,11 @@ static kt_status fire(kt_simulation *simulation, size_t k, kt_recorder *recorder
 static kt_status fire_all(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
     kt_status status = begin_events(simulation, error); /* the values are missing only after a checkpoint */
     size_t k = 0;
-    while (k < simulation->event_count && !simulation->event_root[k].due)
+    while (k < simulation->events.count && !simulation->event_root[k].due)
         k++;
-    if (status == KT_OK && k < simulation->event_count && !simulation->event_root[k].recorded)
+    if (status == KT_OK && k < simulation->events.count && !simulation->event_root[k].recorded)
         status = kt_simulation_count_instant(simulation, k, kt_integrator_time(simulation->integrator), error);
-    for (; status == KT_OK && k < simulation->event_count; k++)
+    for (; status == KT_OK && k < simulation->events.count; k++)
         if (simulation->event_root[k].due)
             status = fire(simulation, k, recorder, user, error);
     if (status != KT_OK)

@@ -31,7 +31,7 @@ enum { SHRINKING = 8, IN_A_ROW = 64, INSTANTS = 16, MARGIN = 4, PARTS = 1000, WI
 
 static kt_status reject_chain(const kt_simulation *simulation, size_t k, double t, kt_error *error) {
     return kt_error_set(
-        error, KT_ERROR_STEP, kt_where_at("event", simulation->event[k].name, t).text,
+        error, KT_ERROR_STEP, kt_where_at("event", simulation->events.list[k].name, t).text,
         "events follow each other without end: there were %.0f instants with events, and the last two are %.3g s "
         "apart; %s",
         (double)simulation->memory.event_instants + 1.0, t - simulation->memory.event_last,
@@ -41,7 +41,7 @@ static kt_status reject_chain(const kt_simulation *simulation, size_t k, double 
 }
 
 static kt_status reject_many(const kt_simulation *simulation, size_t k, double t, double span, kt_error *error) {
-    return kt_error_set(error, KT_ERROR_STEP, kt_where_at("event", simulation->event[k].name, t).text,
+    return kt_error_set(error, KT_ERROR_STEP, kt_where_at("event", simulation->events.list[k].name, t).text,
                         "%d instants of events lie within %.3g s (a fixed step, or a thousandth of the run), the "
                         "last one %.3g s behind the one before; %s",
                         (int)WITHIN, span, t - simulation->memory.event_last,
@@ -67,18 +67,18 @@ static kt_status count_within(kt_simulation *simulation, size_t k, double t, kt_
 /* Whether the accumulating events are impacts of a hard contact, which are applied now up to the end of the window. */
 static bool comes_to_rest(kt_simulation *simulation, size_t k, double window) {
     simulation->memory.event_row = simulation->memory.event_shrinking = 0;
-    return k < simulation->contact_count && simulation->event_source->rest(simulation, k, window);
+    return k < simulation->contact_count && simulation->events.source->rest(simulation, k, window);
 }
 
 /* Whether the next impacts of a chain would count as touching now, within rounding of their gaps. */
 static bool is_crowded(const kt_simulation *simulation, size_t k) {
-    return k < simulation->contact_count && simulation->event_source->crowds(simulation);
+    return k < simulation->contact_count && simulation->events.source->crowds(simulation);
 }
 
 /* Counts an instant of events. Returns an error if such instants have no end. */
 kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, double t, kt_error *error) {
     kt_simulation_memory *memory = &simulation->memory;
-    simulation->event_latest = k;
+    simulation->events.latest = k;
     const double d = t - memory->event_last, before = memory->event_interval;
     const double instant = INSTANTS * kt_event_together(t);
     const bool follows = memory->event_instants > 0, shrinks = memory->event_instants > 1 && d < before;
@@ -110,13 +110,13 @@ kt_status kt_simulation_count_miss(kt_simulation *simulation, bool missed, size_
     const double t = kt_integrator_time(simulation->integrator),
                  length = t - kt_integrator_previous_time(simulation->integrator);
     if (missed && simulation->memory.event_missed >= MISSED)
-        return kt_error_set(error, KT_ERROR_STEP, kt_where_at("event", simulation->event[k].name, t).text,
+        return kt_error_set(error, KT_ERROR_STEP, kt_where_at("event", simulation->events.list[k].name, t).text,
                             "%d successive steps were cut short for this event, and none reached it (the last one has "
                             "%.3g s): the steps are too long for the motion; take a smaller step or tolerance",
                             (int)MISSED, length);
     simulation->memory.event_missed = missed ? simulation->memory.event_missed + 1 : 0;
     if (missed)
-        simulation->memory.shortened = fmin(length, beyond * (simulation->event_lead - t));
+        simulation->memory.shortened = fmin(length, beyond * (simulation->events.lead - t));
     return KT_OK;
 }
 
@@ -129,7 +129,7 @@ void kt_simulation_note_cause(kt_simulation *simulation, const kt_error *error) 
 }
 
 bool kt_simulation_skips_contact(const kt_simulation *simulation) {
-    const double *last = simulation->event_value + (KT_EVENT_VALUES - 2) * simulation->size.event;
+    const double *last = simulation->events.value + (KT_EVENT_VALUES - 2) * simulation->size.event;
     bool skips = false;
     for (size_t k = 0; k < kt_simulation_contact_events(simulation); k++)
         skips = skips || (!simulation->event_root[k].due && simulation->event_memory[k].side > 0 && last[k] < 0.0);
@@ -137,12 +137,12 @@ bool kt_simulation_skips_contact(const kt_simulation *simulation) {
 }
 
 bool kt_simulation_ends_slip(const kt_simulation *simulation, size_t k) {
-    const double last = simulation->event_value[(KT_EVENT_VALUES - 2) * simulation->size.event + k];
-    return k < kt_simulation_contact_events(simulation) && simulation->event_source->ends(simulation, k, last);
+    const double last = simulation->events.value[(KT_EVENT_VALUES - 2) * simulation->size.event + k];
+    return k < kt_simulation_contact_events(simulation) && simulation->events.source->ends(simulation, k, last);
 }
 
 bool kt_simulation_hides_contact(const kt_simulation *simulation, size_t k, bool is_brief) {
-    const double *value = simulation->event_value + k;
+    const double *value = simulation->events.value + k;
     const double last = value[(KT_EVENT_VALUES - 2) * simulation->size.event];
     bool hides = k < kt_simulation_contact_events(simulation) && last == value[0] &&
                  fabs(last) <= kt_simulation_contact_margin(simulation);

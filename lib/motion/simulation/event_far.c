@@ -33,7 +33,7 @@ static bool sample_sketch(kt_simulation *simulation) {
                         kt_simulation_project(simulation, kt_simulation_closing_time(simulation, t), simulation->y,
                                               &changed, &error) != KT_OK))
             return false;
-        if (kt_event_evaluate_all(simulation, t, y, simulation->event_value + (size_t)j * n, &error) != KT_OK)
+        if (kt_event_evaluate_all(simulation, t, y, simulation->events.value + (size_t)j * n, &error) != KT_OK)
             return false;
     }
     return true;
@@ -43,12 +43,12 @@ static bool sample_sketch(kt_simulation *simulation) {
 static bool event_is_far(const kt_simulation *simulation, size_t k, double *size) {
     double low = HUGE_VAL, high = -HUGE_VAL;
     for (size_t j = 0; j < KT_EVENT_SAMPLES; j++) {
-        const double g = simulation->event_value[j * simulation->size.event + k];
+        const double g = simulation->events.value[j * simulation->size.event + k];
         low = fmin(low, g);
         high = fmax(high, g);
     }
     *size = fmax(fabs(low), fabs(high));
-    const int side = simulation->event_search[k].side;
+    const int side = simulation->events.search[k].side;
     return side != 0 && kt_sign_of(low) == side && kt_sign_of(high) == side &&
            fmin(fabs(low), fabs(high)) > far_ranges * (high - low); /* false for infinite values */
 }
@@ -58,12 +58,12 @@ bool kt_event_all_far(kt_simulation *simulation) {
     if (!(simulation->step > 0.0) || may_be_dead)
         return false;
     bool far = sample_sketch(simulation);
-    for (size_t k = 0; k < simulation->event_count && far; k++)
+    for (size_t k = 0; k < simulation->events.count && far; k++)
         if (kt_event_is_watched(simulation, k))
-            far = event_is_far(simulation, k, &simulation->event_search[k].size);
-    for (size_t k = 0; k < simulation->event_count && !far; k++) { /* as before this test */
-        simulation->event_search[k].spent = 0;
-        simulation->event_search[k].size = 0.0;
+            far = event_is_far(simulation, k, &simulation->events.search[k].size);
+    for (size_t k = 0; k < simulation->events.count && !far; k++) { /* as before this test */
+        simulation->events.search[k].spent = 0;
+        simulation->events.search[k].size = 0.0;
     }
     if (!far)
         simulation->cause.code = KT_OK;

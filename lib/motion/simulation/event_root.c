@@ -22,7 +22,7 @@ enum { SAMPLES_MOST = KT_EVENT_SAMPLES + 3, VERTICES = 4, PARABOLAS = (KT_EVENT_
 static const double nothing = 1e-9;
 
 double kt_event_extent_of_times(const kt_simulation *simulation, double t) {
-    return fmax(fabs(t), DBL_EPSILON * fabs(simulation->event_end));
+    return fmax(fabs(t), DBL_EPSILON * fabs(simulation->events.end));
 }
 
 double kt_event_least_width(const kt_simulation *simulation, double t) {
@@ -44,7 +44,7 @@ kt_status kt_event_fail(const kt_event *event, const char *what, double t, const
 
 kt_status kt_event_evaluate(kt_simulation *simulation, size_t k, double t, const double *y, double *value,
                             kt_error *error) {
-    const kt_event *event = &simulation->event[k];
+    const kt_event *event = &simulation->events.list[k];
     const double *shown;
     kt_error from = {0};
     kt_instant at = {.model = simulation->user_model, .data = simulation->user_data, .t = t};
@@ -54,10 +54,10 @@ kt_status kt_event_evaluate(kt_simulation *simulation, size_t k, double t, const
     at.tau = simulation->memory.now.torque ? simulation->torque : NULL;
     at.external = simulation->memory.now.wrenches ? simulation->wrench : NULL;
     simulation->cached = KT_CACHED_NOTHING; /* data are the function's scratch */
-    simulation->event_search[k].spent++;
+    simulation->events.search[k].spent++;
     const int code = event->function(&at, value, &from, event->user);
     if (code == KT_EVENT_HOLDS && t < kt_integrator_time(simulation->integrator)) {
-        *value = simulation->event_value[KT_EVENT_SAMPLES * simulation->size.event + k];
+        *value = simulation->events.value[KT_EVENT_SAMPLES * simulation->size.event + k];
         return KT_OK;
     }
     if (code != 0 || isnan(*value)) {
@@ -69,13 +69,13 @@ kt_status kt_event_evaluate(kt_simulation *simulation, size_t k, double t, const
 }
 
 bool kt_event_is_watched(const kt_simulation *simulation, size_t k) {
-    const uint64_t limit = simulation->event[k].limit;
+    const uint64_t limit = simulation->events.list[k].limit;
     return !simulation->event_memory[k].off && (limit == 0 || simulation->event_memory[k].count < limit);
 }
 
 kt_status kt_event_evaluate_all(kt_simulation *simulation, double t, const double *y, double *values, kt_error *error) {
     kt_status status = KT_OK;
-    for (size_t k = 0; status == KT_OK && k < simulation->event_count; k++)
+    for (size_t k = 0; status == KT_OK && k < simulation->events.count; k++)
         if (kt_event_is_watched(simulation, k))
             status = kt_event_evaluate(simulation, k, t, y, &values[k], error);
     return status;
@@ -96,7 +96,7 @@ static kt_status event_value_at(kt_simulation *simulation, size_t k, double t, s
 /* The gap of two spheres has a kink where they pass each other. With b = 2 (R + r), g (g + b) = |d|^2 - (R + r)^2 has
  * no kink, but the sign of g. The product is a parabola if the spheres move uniformly. */
 static double kink_of(const kt_simulation *simulation, size_t k) {
-    return k < simulation->contact_count ? simulation->event_source->kink(simulation, k) : 0.0;
+    return k < simulation->contact_count ? simulation->events.source->kink(simulation, k) : 0.0;
 }
 
 static double smooth_value(const sample *s, double kink) { return kink > 0.0 ? s->g * (s->g + kink) : s->g; }
@@ -155,7 +155,7 @@ static int insert_sample(sample *samples, int count, sample new) {
  * values that are not farther from zero are rounding, too, and count as on the other side. For contacts, such values
  * are penetration instead. Returns the size of the rounding. */
 static double clear_panel_rounding(const kt_simulation *simulation, size_t k, sample *base) {
-    const int from = simulation->event_search[k].side;
+    const int from = simulation->events.search[k].side;
     const double left = fabs(base[0].g), reach = fabs(base[1].g - base[0].g) * kt_event_together(base[0].t);
     if (from == 0 || kt_sign_of(base[0].g) == from)
         return 0.0;
@@ -169,7 +169,7 @@ static double clear_panel_rounding(const kt_simulation *simulation, size_t k, sa
 
 /* Whether the search of the step may still take the values of a panel's parabolas. */
 static bool has_values_left(const kt_simulation *simulation, size_t k) {
-    return simulation->event_search[k].spent + PARABOLAS <= simulation->event_most;
+    return simulation->events.search[k].spent + PARABOLAS <= simulation->events.most;
 }
 
 /* Lists the samples of event k along a panel, with the samples that parabolas add. */
@@ -178,7 +178,7 @@ static kt_status place_samples(kt_simulation *simulation, size_t k, const double
     sample base[KT_EVENT_SAMPLES];
     kt_status status = KT_OK;
     for (int j = 0; j < KT_EVENT_SAMPLES; j++)
-        base[j] = (sample){times[j], simulation->event_value[(size_t)j * simulation->size.event + k]};
+        base[j] = (sample){times[j], simulation->events.value[(size_t)j * simulation->size.event + k]};
     const double left = clear_panel_rounding(simulation, k, base);
     memcpy(samples, base, sizeof base);
     *count = KT_EVENT_SAMPLES;
@@ -234,18 +234,18 @@ static kt_status enclose_root(kt_simulation *simulation, size_t k, double thresh
 /* Whether forces that jump at the beginning of the step have made the reaction of contact k negative at this time,
  * beyond rounding. */
 static bool is_negative_at_once(const kt_simulation *simulation, size_t k, const double *times) {
-    const kt_event_search *search = &simulation->event_search[k];
+    const kt_event_search *search = &simulation->events.search[k];
     return kt_simulation_has_jumped(simulation) && k < kt_simulation_contact_events(simulation) && search->side > 0 &&
            times[0] == kt_integrator_previous_time(simulation->integrator) &&
-           simulation->event_value[k] < -nothing * search->size;
+           simulation->events.value[k] < -nothing * search->size;
 }
 
 kt_status kt_event_find_root(kt_simulation *simulation, size_t k, const double *times, double *root, int *side,
                              kt_error *error) {
     sample samples[SAMPLES_MOST];
-    int count, from = simulation->event_search[k].side;
+    int count, from = simulation->events.search[k].side;
     const kt_status status = place_samples(simulation, k, times, samples, &count, error);
-    const double begin = simulation->event_value[KT_EVENT_SAMPLES * simulation->size.event + k]; /* of the step */
+    const double begin = simulation->events.value[KT_EVENT_SAMPLES * simulation->size.event + k]; /* of the step */
     const double margin = kt_simulation_contact_margin(simulation), depth = fmin(begin + 0.5 * margin, 0.0) - margin;
     *root = HUGE_VAL;
     if (status == KT_OK && is_negative_at_once(simulation, k, times)) {
@@ -261,7 +261,7 @@ kt_status kt_event_find_root(kt_simulation *simulation, size_t k, const double *
         }
         if (to == 0 || to == from)
             continue;
-        const kt_direction direction = simulation->event[k].direction;
+        const kt_direction direction = simulation->events.list[k].direction;
         const bool fits = direction == KT_DIRECTION_EITHER || (direction == KT_DIRECTION_RISING) == (to > 0);
         const bool counts = from != 0 && fits;
         from = to;
@@ -270,6 +270,6 @@ kt_status kt_event_find_root(kt_simulation *simulation, size_t k, const double *
         *side = to;
         return enclose_root(simulation, k, 0.0, samples[i - 1], samples[i], root, error);
     }
-    simulation->event_search[k].side = from;
+    simulation->events.search[k].side = from;
     return status;
 }

@@ -40,7 +40,7 @@ kt_status kt_event_fail(const kt_event *event, const char *what, double t, const
                         kt_error *error);
 
 /* Finds the first root of event k in a panel in its direction, and the side behind the root. `times` are the times of
- * the samples, whose values are in simulation->event_value. HUGE_VAL: no root, and the side of g does not change. */
+ * the samples, whose values are in simulation->events.value. HUGE_VAL: no root, and the side of g does not change. */
 KT_CHECKED kt_status kt_event_find_root(kt_simulation *simulation, size_t k, const double *times, double *root,
                                         int *side, kt_error *error);
 

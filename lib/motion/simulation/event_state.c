@@ -11,18 +11,18 @@
 /* Returns the index of the event of this name; event_count if there is none. */
 static size_t find_event_named(const kt_simulation *simulation, const char *name) {
     size_t k = 0;
-    while (k < simulation->event_count && strcmp(simulation->event[k].name, name) != 0)
+    while (k < simulation->events.count && strcmp(simulation->events.list[k].name, name) != 0)
         k++;
     return k;
 }
 
 void kt_event_append(kt_simulation *simulation, const kt_event *event) {
-    const size_t k = simulation->event_count++;
-    simulation->event[k] = *event;
+    const size_t k = simulation->events.count++;
+    simulation->events.list[k] = *event;
     simulation->event_memory[k] = (kt_event_memory){.breakpoint = (double)NAN};
     simulation->event_root[k] = (kt_event_root){.due = 0};
-    simulation->event_search[k] = (kt_event_search){.breakpoint = (double)NAN};
-    simulation->event_time = (double)NAN;
+    simulation->events.search[k] = (kt_event_search){.breakpoint = (double)NAN};
+    simulation->events.time = (double)NAN;
     kt_simulation_list_parts(simulation);
 }
 
@@ -34,12 +34,12 @@ kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *eve
                             "an event needs a name and a function");
     if ((unsigned)event->direction > KT_DIRECTION_FALLING)
         return kt_error_set(error, KT_ERROR_ARGUMENT, event->name, "there is no direction %d", (int)event->direction);
-    if (find_event_named(simulation, event->name) < simulation->event_count)
+    if (find_event_named(simulation, event->name) < simulation->events.count)
         return kt_error_set(
             error, KT_ERROR_ARGUMENT, kt_where_format("event '%.60s'", event->name).text,
             "there is an event of this name already (hard stops, contacts, slack ropes and friction that "
             "sticks are events of the names of their loops, and `until` is one); give this one another");
-    if (simulation->event_count == simulation->size.event)
+    if (simulation->events.count == simulation->size.event)
         return kt_error_set(error, KT_ERROR_MEMORY, "kt_simulation_event_add",
                             "there is room for %lu events; give their number in the simulation's options (events)",
                             (unsigned long)simulation->size.event);
@@ -53,7 +53,7 @@ kt_status kt_simulation_event_set_on(kt_simulation *simulation, const char *name
         return KT_ERROR_ARGUMENT;
     const size_t k = find_event_named(simulation, name);
     const kt_where_text where = kt_where_format("event '%.60s'", name);
-    if (k == simulation->event_count)
+    if (k == simulation->events.count)
         return kt_error_set(error, KT_ERROR_ARGUMENT, where.text, "there is no event of this name");
     if (k < kt_simulation_contact_events(simulation))
         return kt_error_set(error, KT_ERROR_ARGUMENT, where.text,
@@ -64,22 +64,23 @@ kt_status kt_simulation_event_set_on(kt_simulation *simulation, const char *name
         simulation->event_memory[k].side = 0;
         simulation->event_memory[k].breakpoint = (double)NAN;
         simulation->event_root[k] = (kt_event_root){.due = 0};
-        simulation->event_time = (double)NAN;
+        simulation->events.time = (double)NAN;
     }
     return KT_OK;
 }
 
 const kt_event *kt_simulation_stopped(const kt_simulation *simulation) {
-    return simulation && simulation->memory.stopped > 0 ? &simulation->event[simulation->memory.stopped - 1] : NULL;
+    return simulation && simulation->memory.stopped > 0 ? &simulation->events.list[simulation->memory.stopped - 1]
+                                                        : NULL;
 }
 
 uint64_t kt_simulation_event_count(const kt_simulation *simulation, const char *name) {
     const size_t k = simulation && name ? find_event_named(simulation, name) : 0;
-    return simulation && name && k < simulation->event_count ? simulation->event_memory[k].count : 0;
+    return simulation && name && k < simulation->events.count ? simulation->event_memory[k].count : 0;
 }
 
 const char *kt_simulation_event_name(const kt_simulation *simulation, size_t k) {
-    return simulation && k < simulation->event_count ? simulation->event[k].name : NULL;
+    return simulation && k < simulation->events.count ? simulation->events.list[k].name : NULL;
 }
 
 kt_event_cuts kt_simulation_event_cuts(const kt_simulation *simulation) {
@@ -87,6 +88,6 @@ kt_event_cuts kt_simulation_event_cuts(const kt_simulation *simulation) {
     if (simulation && simulation->memory.event_cuts > 0)
         cuts = (kt_event_cuts){.count = simulation->memory.event_cuts,
                                .time = simulation->memory.event_cut_time,
-                               .event = &simulation->event[simulation->memory.event_cut_of]};
+                               .event = &simulation->events.list[simulation->memory.event_cut_of]};
     return cuts;
 }

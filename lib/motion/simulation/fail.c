@@ -37,7 +37,7 @@ bool kt_simulation_is_recoverable(kt_status status) {
 /* Returns KT_OK if the loops can be closed after the fraction `part` of that delay. */
 static kt_status close_later(const kt_simulation *simulation, double part, kt_error *found) {
     const double t = kt_integrator_time(simulation->integrator);
-    const double later = t + part * (simulation->step > 0.0 ? simulation->step : simulation->interval);
+    const double later = t + part * (simulation->step > 0.0 ? simulation->step : simulation->records.interval);
     char what[96];
     (void)snprintf(what, sizeof what, "from here on the loops cannot be closed; at t = %.9g s these stay open", later);
     return kt_loops_reach(simulation->user_model, simulation->user_data, later, kt_simulation_positions(simulation),
@@ -252,12 +252,12 @@ static kt_status explain_gimbal(kt_simulation *simulation, kt_status status, kt_
 
 /* A call that has taken all of its steps (kt_simulation_options.steps_per_call). */
 static kt_status report_call_used_up(const kt_simulation *simulation, kt_error *error) {
-    const size_t k = simulation->event_latest;
+    const size_t k = simulation->events.latest;
     const bool contact = k < kt_simulation_contact_events(simulation);
     char last[160] = "";
-    if (k < simulation->event_count)
+    if (k < simulation->events.count)
         (void)snprintf(last, sizeof last, ", the last one at the %s '%.60s'", contact ? "contact" : "event",
-                       simulation->event[k].name);
+                       simulation->events.list[k].name);
     return kt_error_set(error, KT_ERROR_STEP,
                         kt_where_format("t = %.9g s", kt_integrator_time(simulation->integrator)).text,
                         "the %.0f steps that a call may take (steps_per_call) are used up%s; %sallow more steps, or "

@@ -293,12 +293,14 @@ static kt_status init_integrator(kt_simulation *simulation, const kt_simulation_
 static void set_records(kt_simulation *simulation, const kt_simulation_request *settings) {
     simulation->step = settings->run.step;
     simulation->duration = settings->run.duration;
-    simulation->interval = settings->run.interval > 0.0 ? settings->run.interval : settings->run.duration / 1000.0;
-    simulation->record = settings->record;
-    simulation->places = settings->options.kinematics || settings->run.marker_count > 0 ||
-                         (settings->record & (KT_RECORD_BALANCE | KT_RECORD_REACTIONS | KT_RECORD_KINEMATICS)) != 0;
-    simulation->kinematics = simulation->places || (settings->record & KT_RECORD_ENERGY) != 0;
-    simulation->record_count = 1 + (int64_t)kt_record_intervals(simulation->duration, simulation->interval);
+    simulation->records.interval =
+        settings->run.interval > 0.0 ? settings->run.interval : settings->run.duration / 1000.0;
+    simulation->records.bits = settings->record;
+    simulation->records.places =
+        settings->options.kinematics || settings->run.marker_count > 0 ||
+        (settings->record & (KT_RECORD_BALANCE | KT_RECORD_REACTIONS | KT_RECORD_KINEMATICS)) != 0;
+    simulation->records.kinematics = simulation->records.places || (settings->record & KT_RECORD_ENERGY) != 0;
+    simulation->records.count = 1 + (int64_t)kt_record_intervals(simulation->duration, simulation->records.interval);
 }
 
 static kt_status init_data(kt_simulation *simulation, kt_error *error) {
@@ -337,11 +339,11 @@ static kt_status fill_simulation(kt_simulation *simulation, const kt_simulation_
     if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory has the size that it measured */
         return status;   /* GCOVR_EXCL_LINE */
     simulation->options = settings->options;
-    simulation->progress_due = settings->options.progress_steps;
+    simulation->records.progress_due = settings->options.progress_steps;
     const int evaluations = settings->options.event_evaluations;
-    simulation->event_evaluations = evaluations > 0 ? evaluations : KT_EVENT_EVALUATIONS;
+    simulation->events.evaluations = evaluations > 0 ? evaluations : KT_EVENT_EVALUATIONS;
     simulation->steps_over_contacts = settings->options.contact == KT_CONTACT_STEPS;
-    simulation->watches_works = settings->options.watch_works && has_model_equations(settings) &&
+    simulation->works.watches = settings->options.watch_works && has_model_equations(settings) &&
                                 settings->options.contact == KT_CONTACT_EVENTS;
     simulation->lacks_end_stage = !kt_simulation_has_end_stage(settings->method);
     simulation->lacks_inner_stage = !kt_simulation_has_inner_stage(settings->method);

@@ -95,7 +95,7 @@ static void arrange_multipliers(kt_simulation *simulation) {
 kt_status kt_moreau_end_record(kt_simulation *simulation, kt_record *record, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const double *q = simulation->y, *v = q + simulation->size.nq;
-    if ((simulation->record & KT_RECORD_REACTIONS) != 0) {
+    if ((simulation->records.bits & KT_RECORD_REACTIONS) != 0) {
         arrange_multipliers(simulation);
         for (int k = 0; k < c->n; k++)
             simulation->loop_reaction[c->item[k].loop] = simulation->moreau->loop[c->item[k].loop];

@@ -75,8 +75,8 @@ void kt_simulation_note_power(kt_simulation *simulation, kt_power power) {
 }
 
 void kt_simulation_take_power(kt_simulation *simulation, const double *y, const double *dydt, kt_power power) {
-    simulation->end_power = power;
-    simulation->end_slope = dydt;
+    simulation->works.end_power = power;
+    simulation->works.end_slope = dydt;
     if (y == simulation->integrator->y)
         kt_simulation_note_power(simulation, power);
 }

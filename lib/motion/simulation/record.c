@@ -19,13 +19,14 @@
  * not taken effect. Both need the last step with its inputs. */
 static bool needs_last_step(const kt_simulation *simulation) {
     const int64_t k = simulation->memory.next_record;
-    return simulation->memory.fires || (k < simulation->record_count && kt_simulation_record_time(simulation, k) <
-                                                                            kt_integrator_time(simulation->integrator));
+    return simulation->memory.fires ||
+           (k < simulation->records.count &&
+            kt_simulation_record_time(simulation, k) < kt_integrator_time(simulation->integrator));
 }
 
 bool kt_simulation_owes_record(const kt_simulation *simulation) {
     const int64_t k = simulation->memory.next_record;
-    return k < simulation->record_count &&
+    return k < simulation->records.count &&
            kt_simulation_record_time(simulation, k) <= kt_integrator_time(simulation->integrator);
 }
 
@@ -90,7 +91,7 @@ static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, k
     kt_status status = kt_simulation_date_masses(simulation, t, error);
     if (status != KT_OK)
         return status;
-    if ((simulation->record & KT_RECORD_REACTIONS) != 0) {
+    if ((simulation->records.bits & KT_RECORD_REACTIONS) != 0) {
         status = react(simulation, record, error);
         record->reactions = simulation->reaction;
         record->loop_reactions = simulation->loop_reaction;
@@ -100,7 +101,7 @@ static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, k
     }
     if (status != KT_OK)
         return status;
-    if ((simulation->record & (KT_RECORD_ENERGY | KT_RECORD_BALANCE)) != 0) {
+    if ((simulation->records.bits & (KT_RECORD_ENERGY | KT_RECORD_BALANCE)) != 0) {
         record->kinetic = kt_kinetic_energy(model, data);
         record->potential = kt_potential_energy(model, data) + kt_effect_energy(model, data, t, q, v);
     }
@@ -118,15 +119,15 @@ static kt_status report_record(kt_simulation *simulation, bool accelerated, kt_r
     record->work = kt_simulation_work_of(simulation, q);
     record->x = v + simulation->size.nv;
     kt_simulation_use_states(simulation, q);
-    if (simulation->watches_works)
+    if (simulation->works.watches)
         record->estimate = kt_simulation_work_estimate(simulation, t);
     kt_simulation_export(simulation, t, q, accelerated ? simulation->a : NULL, &record->q, &record->v, &record->a);
-    if ((simulation->record & KT_RECORD_CONSTRAINT) != 0) {
+    if ((simulation->records.bits & KT_RECORD_CONSTRAINT) != 0) {
         status = kt_loop_residual(simulation->model, simulation->data, kt_simulation_closing_time(simulation, t), q, v,
                                   &record->constraint, error);
         simulation->cached = simulation->groups > 0 ? KT_CACHED_POSES : simulation->cached;
     }
-    return status == KT_OK && simulation->kinematics ? evaluate_motion(simulation, record, error) : status;
+    return status == KT_OK && simulation->records.kinematics ? evaluate_motion(simulation, record, error) : status;
 }
 
 /* With time stepping, forces of contacts are loads of the evaluations of a record. */
@@ -141,14 +142,14 @@ static kt_status end_loads(kt_simulation *simulation, kt_status status, kt_recor
     kt_hook_of_end_record *const *hook = simulation->phases.end_record;
     if (*hook != NULL)
         kt_simulation_inputs_use(simulation);
-    for (; status == KT_OK && simulation->kinematics && *hook != NULL; hook++)
+    for (; status == KT_OK && simulation->records.kinematics && *hook != NULL; hook++)
         status = (*hook)(simulation, record, error);
     return status;
 }
 
 /* Computes the requested quantities of the state in y at any time. */
 static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, kt_error *error) {
-    const bool accelerates = (simulation->record & KT_RECORD_ACCELERATIONS) != 0;
+    const bool accelerates = (simulation->records.bits & KT_RECORD_ACCELERATIONS) != 0;
     kt_status status = begin_loads(simulation, record->t, error);
     simulation->cached = KT_CACHED_NOTHING;
     if (status == KT_OK && accelerates &&
@@ -223,7 +224,7 @@ static kt_status hand_over_record(kt_simulation *simulation, kt_recorder *record
 
 static kt_status record_event_at(kt_simulation *simulation, const kt_event *event, double t, kt_recorder *recorder,
                                  void *user, kt_error *error) {
-    const bool of_contact = event < simulation->event + kt_simulation_contact_events(simulation);
+    const bool of_contact = event < simulation->events.list + kt_simulation_contact_events(simulation);
     kt_record record = empty_record(simulation, of_contact ? KT_INDEX_CONTACT : KT_INDEX_EVENT, t);
     kt_error from = {0};
     record.event = event;
@@ -245,30 +246,31 @@ static kt_status take_step_of_run(kt_simulation *simulation, kt_recorder *record
     const kt_status status = kt_simulation_take_step(simulation, simulation->duration, error);
     if (status != KT_OK || simulation->changed_contact == 0 || !simulation->options.record_contacts)
         return status;
-    return record_event_at(simulation, &simulation->event[simulation->changed_contact - 1], t, recorder, user, error);
+    return record_event_at(simulation, &simulation->events.list[simulation->changed_contact - 1], t, recorder, user,
+                           error);
 }
 
 kt_status kt_simulation_respond(kt_simulation *simulation, const kt_instant *at, kt_simulation_response *response,
                                 kt_error *error) {
     const kt_simulation_sizes *size = &simulation->size;
-    const kt_simulation_response own = {.record = simulation->record,
+    const kt_simulation_response own = {.record = simulation->records.bits,
                                         .joint = simulation->reaction,
                                         .loop = simulation->loop_reaction,
                                         .multiplier = simulation->multiplier};
-    const bool kinematics = simulation->kinematics;
+    const bool kinematics = simulation->records.kinematics;
     kt_record record = empty_record(simulation, KT_INDEX_EVENT, at->t);
     memmove(simulation->y, at->q, size->nq * sizeof(double));
     memmove(simulation->y + size->nq, at->v, size->nv * sizeof(double));
     if (size->x > 0)
         memmove(simulation->y + size->nq + size->nv, at->x, size->x * sizeof(double));
-    simulation->record = response->record | KT_RECORD_ACCELERATION;
-    simulation->kinematics = true;
+    simulation->records.bits = response->record | KT_RECORD_ACCELERATION;
+    simulation->records.kinematics = true;
     simulation->reaction = response->joint;
     simulation->loop_reaction = response->loop;
     simulation->multiplier = response->multiplier;
     const kt_status status = evaluate_record(simulation, &record, error);
-    simulation->record = own.record;
-    simulation->kinematics = kinematics;
+    simulation->records.bits = own.record;
+    simulation->records.kinematics = kinematics;
     simulation->reaction = own.joint;
     simulation->loop_reaction = own.loop;
     simulation->multiplier = own.multiplier;
@@ -339,7 +341,7 @@ kt_status kt_simulation_begin_run(kt_simulation *simulation, kt_error *error) {
         return start;
     /* A record at the very start belongs to the step that begins there, and so do its torques. A record within the last
      * step belongs to that step. */
-    if (simulation->memory.next_record < simulation->record_count &&
+    if (simulation->memory.next_record < simulation->records.count &&
         kt_simulation_record_time(simulation, simulation->memory.next_record) >= kt_integrator_time(integrator)) {
         kt_error from = {0};
         simulation->cause.code = KT_OK;
@@ -352,9 +354,9 @@ kt_status kt_simulation_begin_run(kt_simulation *simulation, kt_error *error) {
 }
 
 static kt_status show_run_progress(kt_simulation *simulation, kt_error *error) {
-    if (simulation->options.progress == NULL || --simulation->progress_due > 0)
+    if (simulation->options.progress == NULL || --simulation->records.progress_due > 0)
         return KT_OK;
-    simulation->progress_due = simulation->options.progress_steps;
+    simulation->records.progress_due = simulation->options.progress_steps;
     if (simulation->options.progress(simulation, simulation->options.progress_user) != 0)
         return kt_error_set(error, KT_ERROR_CALLBACK,
                             kt_where_format("t = %.9g s", kt_integrator_time(simulation->integrator)).text,
@@ -420,13 +422,13 @@ static kt_status find_acceleration_aside(kt_simulation *simulation, kt_error *fr
 }
 
 static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *from) {
-    const bool accelerates = (simulation->record & KT_RECORD_ACCELERATIONS) != 0;
+    const bool accelerates = (simulation->records.bits & KT_RECORD_ACCELERATIONS) != 0;
     kt_status status = KT_OK;
     memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
     kt_simulation_complete_powers(simulation);
     if (kt_simulation_is_stepped(simulation)) /* data do not hold results of the state */
         return evaluate_record(simulation, record, from);
-    if (accelerates || (simulation->record & KT_RECORD_REACTIONS) != 0)
+    if (accelerates || (simulation->records.bits & KT_RECORD_REACTIONS) != 0)
         status = needs_last_step(simulation) ? find_acceleration_aside(simulation, from)
                                              : find_acceleration(simulation, from);
     else if (simulation->cached == KT_CACHED_EVALUATION)
@@ -434,7 +436,7 @@ static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *f
     if (status == KT_OK)
         status = report_record(simulation, accelerates, record, from);
     kt_simulation_inputs_use(simulation);
-    simulation->cached = status == KT_OK && simulation->kinematics ? KT_CACHED_POSES : KT_CACHED_NOTHING;
+    simulation->cached = status == KT_OK && simulation->records.kinematics ? KT_CACHED_POSES : KT_CACHED_NOTHING;
     return status;
 }
 

@@ -18,21 +18,21 @@ double kt_record_intervals(double duration, double interval) {
 }
 
 double kt_simulation_record_time(const kt_simulation *simulation, int64_t k) {
-    return k == simulation->record_count - 1 ? simulation->duration : (double)k * simulation->interval;
+    return k == simulation->records.count - 1 ? simulation->duration : (double)k * simulation->records.interval;
 }
 
 int64_t kt_simulation_record_count(const kt_simulation *simulation) {
-    return simulation ? simulation->record_count : 0;
+    return simulation ? simulation->records.count : 0;
 }
 
 void kt_simulation_skip_records(kt_simulation *simulation) {
     double t = kt_integrator_time(simulation->integrator);
-    int64_t last = simulation->record_count - 1;
+    int64_t last = simulation->records.count - 1;
     int64_t k = simulation->memory.next_record;
     if (k > last || kt_simulation_record_time(simulation, k) >= t)
         return;
     /* Division gives an estimate of the number, and comparisons then find it. */
-    double guess = simulation->interval > 0.0 ? floor(t / simulation->interval) - 1.0 : 0.0;
+    double guess = simulation->records.interval > 0.0 ? floor(t / simulation->records.interval) - 1.0 : 0.0;
     if (guess > (double)last)
         guess = (double)last;
     if (guess > (double)k)

@@ -48,10 +48,23 @@
 #include "evaluate/slip.h"
 #include "integrator/complex.h"
 #include "integrator/integrator.h"
-#include "simulation/simulation.h"
+#include "simulation/newton_matrices.h"
 
 #include <math.h>
 #include <string.h>
+
+KT_ARENA_LAYOUT(lay_out_newton, kt_newton_matrices, KT_NEWTON_ARRAYS, const kt_simulation_sizes *size)
+
+static size_t measure_newton(const kt_simulation_sizes *size) {
+    return size->vectors > 0 ? lay_out_newton(NULL, size) : 0;
+}
+
+static void place_newton(kt_simulation *simulation, void *memory) {
+    (void)lay_out_newton(memory, &simulation->size);
+    simulation->newton = memory;
+}
+
+const kt_part kt_newton_part = {.measure = measure_newton, .place = place_newton};
 
 void kt_simulation_newton_measure(const kt_model *model, bool exact, kt_simulation_sizes *size) {
     const bool loops = kt_loop_group_count(model) > 0;
@@ -175,8 +188,8 @@ static void divide_turning(kt_complex sigma, const double *w, half_product *half
     finish_vector(sigma, turning_factor(sigma, w), n, (vector){re, x.im != NULL ? im : NULL}, x);
 }
 
-static const double *quaternion_at(const kt_simulation *s, size_t k) { return s->turning + 7 * k; }
-static const double *spin_of(const kt_simulation *s, size_t k) { return s->turning + 7 * k + 4; }
+static const double *quaternion_at(const kt_simulation *s, size_t k) { return s->newton->turning + 7 * k; }
+static const double *spin_of(const kt_simulation *s, size_t k) { return s->newton->turning + 7 * k + 4; }
 
 /* The index in v at which the angular velocity of quaternion k begins: each earlier quaternion has one position
  * more. */
@@ -238,7 +251,7 @@ static void keep_turning(kt_simulation *s, const double *y) {
     for (size_t k = 0; k < s->size.turning; k++) {
         const double *p = y + s->quaternion[k], *w = y + s->size.nq + spin_at(s, k);
         const double norm = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3]);
-        double *to = s->turning + 7 * k;
+        double *to = s->newton->turning + 7 * k;
         for (int i = 0; i < 4; i++)
             to[i] = p[i] / norm;
         memcpy(to + 4, w, 3 * sizeof *w);
@@ -248,17 +261,17 @@ static void keep_turning(kt_simulation *s, const double *y) {
 /* K Z and C Z. */
 static void reduce_along(kt_simulation *s) {
     const size_t nv = s->size.nv, free = s->size.free;
-    memset(s->along, 0, 2 * s->size.along * sizeof *s->along);
+    memset(s->newton->along, 0, 2 * s->size.along * sizeof *s->newton->along);
     for (size_t j = 0; j < free && s->size.reduced; j++) {
-        const vector z = {s->basis + j * nv, NULL}, k = {s->along + j * free, NULL},
-                     c = {s->along + s->size.along + j * free, NULL};
-        add_real_product(s->stiffness, free, nv, 1.0, z, k);
-        add_real_product(s->damping, free, nv, 1.0, z, c);
+        const vector z = {s->newton->basis + j * nv, NULL}, k = {s->newton->along + j * free, NULL},
+                     c = {s->newton->along + s->size.along + j * free, NULL};
+        add_real_product(s->newton->stiffness, free, nv, 1.0, z, k);
+        add_real_product(s->newton->damping, free, nv, 1.0, z, c);
     }
 }
 
 static kt_state_derivatives state_derivatives_of(const kt_simulation *s) {
-    return (kt_state_derivatives){s->state_force, s->rate_q, s->rate_v, s->rate_x};
+    return (kt_state_derivatives){s->newton->state_force, s->newton->rate_q, s->newton->rate_v, s->newton->rate_x};
 }
 
 /* M = 1, K = -da/dq, C = -da/dv and X = -da/dx in all directions. Methods that only solve linear systems use these
@@ -267,17 +280,18 @@ static kt_state_derivatives state_derivatives_of(const kt_simulation *s) {
 static kt_status differentiate_all_directions(kt_simulation *s, const kt_dynamic_state *at, kt_error *error) {
     const size_t nv = s->size.nv;
     const kt_state_derivatives states = state_derivatives_of(s);
-    const kt_acceleration_matrices to = {.by = {s->stiffness, s->damping, NULL}, .states = &states, .uncertain = true};
-    const kt_status status = kt_acceleration_derivatives_at(s->model, s->data, s->stiffness_work,
+    const kt_acceleration_matrices to = {
+        .by = {s->newton->stiffness, s->newton->damping, NULL}, .states = &states, .uncertain = true};
+    const kt_status status = kt_acceleration_derivatives_at(s->model, s->data, s->newton->stiffness_work,
                                                             s->size.stiffness_work, at, NULL, &to, error);
     if (status != KT_OK)
         return status;
     for (size_t i = 0; i < nv * s->size.states; i++)
-        s->state_force[i] = -s->state_force[i];
+        s->newton->state_force[i] = -s->newton->state_force[i];
     for (size_t i = 0; i < nv * nv; i++) {
-        s->stiffness[i] = -s->stiffness[i];
-        s->damping[i] = -s->damping[i];
-        s->mass[i] = i % (nv + 1) == 0 ? 1.0 : 0.0;
+        s->newton->stiffness[i] = -s->newton->stiffness[i];
+        s->newton->damping[i] = -s->newton->damping[i];
+        s->newton->mass[i] = i % (nv + 1) == 0 ? 1.0 : 0.0;
     }
     return KT_OK;
 }
@@ -312,15 +326,16 @@ static kt_status differentiate_motion(kt_simulation *s, double t, const double *
     if (status != KT_OK)
         return status;
     const kt_state_derivatives states = state_derivatives_of(s);
-    const kt_stiffness_matrices to = {.basis = s->size.reduced ? s->basis : NULL,
-                                      .mass = s->mass,
-                                      .stiffness = s->stiffness,
-                                      .damping = s->damping,
+    const kt_stiffness_matrices to = {.basis = s->size.reduced ? s->newton->basis : NULL,
+                                      .mass = s->newton->mass,
+                                      .stiffness = s->newton->stiffness,
+                                      .damping = s->newton->damping,
                                       .states = &states};
-    status = kt_stiffness_evaluate_at(s->model, s->data, s->stiffness_work, s->size.stiffness_work, &at, a, &to, error);
-    return status == KT_OK && s->model->n.slip > 0
-               ? kt_slip_add_damping(s->model, s->data, &at, to.basis, s->size.free, s->vectors, s->damping, error)
-               : status;
+    status = kt_stiffness_evaluate_at(s->model, s->data, s->newton->stiffness_work, s->size.stiffness_work, &at, a, &to,
+                                      error);
+    return status == KT_OK && s->model->n.slip > 0 ? kt_slip_add_damping(s->model, s->data, &at, to.basis, s->size.free,
+                                                                         s->newton->vectors, s->newton->damping, error)
+                                                   : status;
 }
 
 static int newton_jacobian(double t, const double *y, const double *dydt, void *user) {
@@ -342,7 +357,7 @@ static int newton_jacobian(double t, const double *y, const double *dydt, void *
 /* One of four vectors, of nq (at least nv) components and of the auxiliary states. */
 static vector work_of(const kt_simulation *s, size_t which, bool complex) {
     const size_t n = s->size.nq + s->size.states;
-    double *re = s->vectors + 2 * which * n;
+    double *re = s->newton->vectors + 2 * which * n;
     const vector work = {re, complex ? re + n : NULL};
     return work;
 }
@@ -352,7 +367,7 @@ static vector unit_response(const kt_simulation *s, kt_complex sigma, size_t j, 
     const vector z = work_of(s, 0, complex);
     clear_vector(z, s->size.nv);
     if (s->size.reduced)
-        memcpy(z.re, s->basis + j * s->size.nv, s->size.nv * sizeof *z.re);
+        memcpy(z.re, s->newton->basis + j * s->size.nv, s->size.nv * sizeof *z.re);
     else
         z.re[j] = 1.0;
     divide_all(s, sigma, true, z);
@@ -371,10 +386,10 @@ static void add_real_column(vector to, kt_complex factor, const double *x, size_
 static void form_newton_column(const kt_simulation *s, kt_complex sigma, size_t j, vector to) {
     const size_t n = s->size.free;
     const kt_complex one = {1.0, 0.0};
-    const double *stiffness = s->size.reduced ? s->along : s->stiffness;
-    const double *damping = s->size.reduced ? s->along + s->size.along : s->damping;
+    const double *stiffness = s->size.reduced ? s->newton->along : s->newton->stiffness;
+    const double *damping = s->size.reduced ? s->newton->along + s->size.along : s->newton->damping;
     clear_vector(to, n);
-    add_real_column(to, sigma, s->mass + j * n, n);
+    add_real_column(to, sigma, s->newton->mass + j * n, n);
     add_real_column(to, one, damping + j * n, n);
     if (s->size.turning == 0) {
         add_real_column(to, kt_complex_invert(sigma), stiffness + j * n, n);
@@ -383,7 +398,7 @@ static void form_newton_column(const kt_simulation *s, kt_complex sigma, size_t 
     const vector x = unit_response(s, sigma, j, to.im != NULL);
     for (size_t i = 0; i < s->size.nv; i++)
         if (x.re[i] != 0.0 || (x.im != NULL && x.im[i] != 0.0))
-            add_real_column(to, get_entry(x, i), s->stiffness + i * n, n);
+            add_real_column(to, get_entry(x, i), s->newton->stiffness + i * n, n);
 }
 
 /* The part of column j in the rows of auxiliary states, for free velocities: F_v Z + F_q P S E Z. */
@@ -391,10 +406,10 @@ static void form_rates(const kt_simulation *s, kt_complex sigma, size_t j, vecto
     const size_t nv = s->size.nv, states = s->size.states;
     clear_vector(to, states);
     if (s->size.reduced)
-        add_real_product(s->rate_v, states, nv, 1.0, (vector){s->basis + j * nv, NULL}, to);
+        add_real_product(s->newton->rate_v, states, nv, 1.0, (vector){s->newton->basis + j * nv, NULL}, to);
     else
-        add_real_column(to, (kt_complex){1.0, 0.0}, s->rate_v + j * states, states);
-    add_real_product(s->rate_q, states, nv, 1.0, unit_response(s, sigma, j, to.im != NULL), to);
+        add_real_column(to, (kt_complex){1.0, 0.0}, s->newton->rate_v + j * states, states);
+    add_real_product(s->newton->rate_q, states, nv, 1.0, unit_response(s, sigma, j, to.im != NULL), to);
 }
 
 /* Column j of the auxiliary states: X, and sigma + F_x. */
@@ -402,8 +417,8 @@ static void form_state(const kt_simulation *s, kt_complex sigma, size_t j, vecto
     const size_t n = s->size.free, states = s->size.states;
     const kt_complex one = {1.0, 0.0};
     clear_vector(to, n + states);
-    add_real_column(to, one, s->state_force + j * n, n);
-    add_real_column(vector_from(to, n), one, s->rate_x + j * states, states);
+    add_real_column(to, one, s->newton->state_force + j * n, n);
+    add_real_column(vector_from(to, n), one, s->newton->rate_x + j * states, states);
     set_entry(to, n + j, kt_complex_add(get_entry(to, n + j), sigma));
 }
 
@@ -411,16 +426,16 @@ static int factor_newton(kt_complex sigma, void *user) {
     kt_simulation *s = user;
     const bool complex = sigma.im != 0.0;
     const size_t free = s->size.free, n = free + s->size.states;
-    const vector matrix = {complex ? s->re : s->real, complex ? s->im : NULL};
-    s->sigma[complex] = sigma;
+    const vector matrix = {complex ? s->newton->re : s->newton->real, complex ? s->newton->im : NULL};
+    s->newton->sigma[complex] = sigma;
     for (size_t j = 0; j < free; j++)
         form_newton_column(s, sigma, j, vector_from(matrix, j * n));
     for (size_t j = 0; j < free && n > free; j++)
         form_rates(s, sigma, j, vector_from(matrix, j * n + free));
     for (size_t j = free; j < n; j++)
         form_state(s, sigma, j - free, vector_from(matrix, j * n));
-    const bool regular =
-        complex ? kt_lu_factor_complex(s->re, s->im, n, s->pivot + n) : kt_lu_factor(s->real, n, s->pivot);
+    const bool regular = complex ? kt_lu_factor_complex(s->newton->re, s->newton->im, n, s->newton->pivot + n)
+                                 : kt_lu_factor(s->newton->real, n, s->newton->pivot);
     return regular ? 0 : 1;
 }
 
@@ -430,9 +445,9 @@ static int factor_newton(kt_complex sigma, void *user) {
 static void solve_free(const kt_simulation *s, vector x) {
     const size_t n = s->size.free + s->size.states;
     if (x.im != NULL)
-        kt_lu_solve_complex(s->re, s->im, n, s->pivot + n, x.re, x.im);
+        kt_lu_solve_complex(s->newton->re, s->newton->im, n, s->newton->pivot + n, x.re, x.im);
     else
-        kt_lu_solve(s->real, n, s->pivot, x.re);
+        kt_lu_solve(s->newton->real, n, s->newton->pivot, x.re);
 }
 
 /* r_v becomes x_v, and r_x behind it becomes x_x. `velocity` is P S r_q, and scratch afterwards. */
@@ -440,10 +455,10 @@ static void solve_tree(const kt_simulation *s, vector velocity, vector r_v) {
     const size_t nv = s->size.nv, states = s->size.states;
     const vector x = work_of(s, 1, r_v.im != NULL);
     clear_vector(x, nv);
-    add_real_product(s->mass, nv, nv, 1.0, r_v, x);
-    add_real_product(s->stiffness, nv, nv, -1.0, velocity, x);
+    add_real_product(s->newton->mass, nv, nv, 1.0, r_v, x);
+    add_real_product(s->newton->stiffness, nv, nv, -1.0, velocity, x);
     copy(vector_from(x, nv), vector_from(r_v, nv), states);
-    add_real_product(s->rate_q, states, nv, -1.0, velocity, vector_from(x, nv));
+    add_real_product(s->newton->rate_q, states, nv, -1.0, velocity, vector_from(x, nv));
     solve_free(s, x);
     copy(r_v, x, nv + states);
 }
@@ -452,22 +467,22 @@ static void solve_tree(const kt_simulation *s, vector velocity, vector r_v) {
 static void solve_loop_system(const kt_simulation *s, kt_complex sigma, vector velocity, vector r_v) {
     const size_t nv = s->size.nv, free = s->size.free, states = s->size.states;
     const vector b = work_of(s, 1, r_v.im != NULL), c = work_of(s, 2, r_v.im != NULL), r_x = vector_from(r_v, nv);
-    transposed_product(s->basis, nv, free, r_v, b); /* Z'r_v */
-    add_real_product(s->basis, nv, free, -1.0, b, r_v);
+    transposed_product(s->newton->basis, nv, free, r_v, b); /* Z'r_v */
+    add_real_product(s->newton->basis, nv, free, -1.0, b, r_v);
     divide_plain(sigma, r_v, 0, nv); /* x_0 */
     copy(c, r_v, nv);
     divide_all(s, sigma, true, c);
     for (size_t i = 0; i < nv; i++)
         set_entry(velocity, i, kt_complex_add(get_entry(velocity, i), get_entry(c, i)));
     clear_vector(c, free);
-    add_real_product(s->mass, free, free, 1.0, b, c);
-    add_real_product(s->stiffness, free, nv, -1.0, velocity, c);
-    add_real_product(s->damping, free, nv, -1.0, r_v, c);
-    add_real_product(s->rate_q, states, nv, -1.0, velocity, r_x);
-    add_real_product(s->rate_v, states, nv, -1.0, r_v, r_x);
+    add_real_product(s->newton->mass, free, free, 1.0, b, c);
+    add_real_product(s->newton->stiffness, free, nv, -1.0, velocity, c);
+    add_real_product(s->newton->damping, free, nv, -1.0, r_v, c);
+    add_real_product(s->newton->rate_q, states, nv, -1.0, velocity, r_x);
+    add_real_product(s->newton->rate_v, states, nv, -1.0, r_v, r_x);
     copy(vector_from(c, free), r_x, states);
     solve_free(s, c);
-    add_real_product(s->basis, nv, free, 1.0, c, r_v);
+    add_real_product(s->newton->basis, nv, free, 1.0, c, r_v);
     copy(r_x, vector_from(c, free), states);
 }
 
@@ -475,7 +490,7 @@ static void solve_loop_system(const kt_simulation *s, kt_complex sigma, vector v
 static int solve_newton(double *re, double *im, void *user) {
     const kt_simulation *s = user;
     const bool complex = im != NULL;
-    const kt_complex sigma = s->sigma[complex];
+    const kt_complex sigma = s->newton->sigma[complex];
     const vector r_q = {re, im}, r_v = vector_from(r_q, s->size.nq), velocity = work_of(s, 0, complex);
     const vector moved = work_of(s, 3, complex);
     copy(moved, r_q, s->size.nq);

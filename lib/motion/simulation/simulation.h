@@ -18,7 +18,7 @@ void kt_simulation_place_parts(kt_simulation *simulation);
 /* The parts, in the files of their features. */
 extern const kt_part kt_input_part, kt_breakpoint_part, kt_missed_end_part, kt_missed_piece_part, kt_gap_part,
     kt_leap_part, kt_slip_part, kt_event_part, kt_contact_part, kt_moreau_part, kt_count_part, kt_balance_part,
-    kt_power_part, kt_state_part, kt_failure_part;
+    kt_power_part, kt_newton_part, kt_state_part, kt_failure_part;
 
 /* The sizes that differ between the variants of a model (model/switching.h). X(member) */
 #define KT_SIMULATION_OF_MODEL(X) X(gap) X(multiplier) X(free) X(basis) X(along) X(stiffness_work)
@@ -82,7 +82,7 @@ KT_CHECKED kt_status kt_simulation_land(kt_simulation *simulation, const double 
                                         const kt_simulation_energy *after, kt_error *error);
 /* Whether the energies at a jump are needed: for a balance, or for an estimate of the work done. */
 static inline bool kt_simulation_accounts(const kt_simulation *simulation) {
-    return simulation->size.integrates_works || simulation->watches_works;
+    return simulation->size.integrates_works || simulation->works.watches;
 }
 
 /* Writes the state at a time within the last step, with closed loops, to `y`. */
@@ -111,7 +111,7 @@ void kt_simulation_note_power(kt_simulation *simulation, kt_power power);
 /* Adds the powers of the present time if these are missing: before a record, before new inputs, and before a jump. */
 void kt_simulation_add_missing_powers(kt_simulation *simulation);
 static inline void kt_simulation_complete_powers(kt_simulation *simulation) {
-    if (simulation->watches_works)
+    if (simulation->works.watches)
         kt_simulation_add_missing_powers(simulation);
 }
 kt_work_estimate kt_simulation_work_estimate(const kt_simulation *simulation, double t);

@@ -102,7 +102,7 @@ static kt_status step_and_fire(kt_simulation *simulation, double t_limit, kt_err
 static void begin_call(kt_simulation *simulation) {
     kt_simulation_renew_model(simulation);
     simulation->memory.stopped = 0;
-    simulation->event_latest = simulation->event_count;
+    simulation->events.latest = simulation->events.count;
     kt_integrator_limit_call(simulation->integrator, simulation->options.steps_per_call);
 }
 
@@ -184,7 +184,7 @@ kt_work kt_simulation_work(const kt_simulation *simulation) {
 /* Resets events: none has happened, and the new state determines their sides. */
 static void forget_events(kt_simulation *simulation) {
     kt_simulation_memory *m = &simulation->memory;
-    for (size_t k = 0; k < simulation->event_count; k++)
+    for (size_t k = 0; k < simulation->events.count; k++)
         simulation->event_memory[k] =
             (kt_event_memory){.breakpoint = (double)NAN, .off = simulation->event_memory[k].off};
     m->fires = m->stopped = 0;

@@ -143,7 +143,7 @@ static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
     kt_simulation *simulation = user;
     const kt_simulation_sizes *size = &simulation->size;
     const bool works = size->integrates_works;
-    const bool at_end = simulation->watches_works && is_end_of_step(simulation, y, dydt);
+    const bool at_end = simulation->works.watches && is_end_of_step(simulation, y, dydt);
     kt_dynamic_state at = {t, y, y + size->nq, simulation->tau, simulation->external};
     kt_power power = {0.0, 0.0};
     const double *rate;

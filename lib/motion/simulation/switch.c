@@ -31,7 +31,7 @@ void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model) 
     kt_data_rebind(model, simulation->data);
     simulation->model = simulation->user_model = model;
     size->gap = kt_gap_list(model, NULL);
-    if ((simulation->record & KT_RECORD_REACTIONS) != 0)
+    if ((simulation->records.bits & KT_RECORD_REACTIONS) != 0)
         size->multiplier = (size_t)kt_model_mobility(model).equations;
     if (integrator->options.newton != NULL)
         kt_simulation_newton_measure(model, kt_method_family_of(kt_integrator_method(integrator))->exact, size);

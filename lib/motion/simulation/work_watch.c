@@ -46,17 +46,18 @@ static void evaluate_work_watch(kt_simulation *simulation, double at) {
 
 /* Notes the power at the end of a step. */
 static void end_powers(kt_simulation *simulation) {
-    const double *slope = kt_integrator_known_derivative(simulation->integrator), *evaluated = simulation->end_slope;
+    const double *slope = kt_integrator_known_derivative(simulation->integrator),
+                 *evaluated = simulation->works.end_slope;
     const double t = kt_integrator_time(simulation->integrator);
     const bool jumps = simulation->breakpoints.any && t == simulation->breakpoints.end;
-    simulation->end_slope = NULL;
+    simulation->works.end_slope = NULL;
     if (slope != NULL && slope == evaluated)
-        kt_simulation_note_power(simulation, simulation->end_power);
+        kt_simulation_note_power(simulation, simulation->works.end_power);
     else if (slope != NULL || jumps) /* else the first evaluation of the next step is at this state */
         evaluate_work_watch(simulation, jumps ? simulation->breakpoints.before : t);
 }
 
-static bool watches_works(const kt_simulation *simulation) { return simulation->watches_works; }
+static bool watches_works(const kt_simulation *simulation) { return simulation->works.watches; }
 
 const kt_part kt_power_part = {.is_active = watches_works, .finish = end_powers};
 

@@ -153,43 +153,16 @@ typedef struct kt_breakpoints {
     double end, before;   /* a step that ends at a jump: its last slope is the slope at the time `before` */
 } kt_breakpoints;
 
-/* A part of the last step, along which powers were integrated (balance.c). */
-enum { KT_PANEL_TERMS = 13 };
-typedef struct kt_work_panel {
-    bool known;
-    int tried;                 /* panels of this step, tried or taken */
-    double from, to, next;     /* s; `next`: the proposed length of the next panel */
-    kt_work start;             /* at `from`, since the start of the run */
-    kt_work b[KT_PANEL_TERMS]; /* the work done from `from` on, as coefficients of Legendre's polynomials */
-} kt_work_panel;
-
-#define KT_SQUARE(x) ((x) * (x))
-
-/* The arrays of an implicit method. */
-#define KT_NEWTON_ARRAYS(X)                                                                                            \
-    X(double, basis, size->basis, "implicit: of the velocities that the loops leave, nv x free")                       \
-    X(double, mass, size->free * size->free, "implicit: mass matrix, column-major")                                    \
-    X(double, stiffness, size->free * size->nv, "implicit: stiffness matrix, free x nv")                               \
-    X(double, damping, size->free * size->nv, "implicit: damping matrix, free x nv")                                   \
-    X(double, along, 2 * size->along, "implicit, loops: stiffness and damping along them, free x free each")           \
-    X(double, state_force, size->free * size->states, "implicit: of kt_state_derivatives")                             \
-    X(double, rate_q, size->states * size->nv, "implicit: likewise")                                                   \
-    X(double, rate_v, size->states * size->nv, "implicit: likewise")                                                   \
-    X(double, rate_x, size->states * size->states, "implicit: likewise")                                               \
-    X(double, real, KT_SQUARE(size->free + size->states), "implicit: factors for a real sigma")                        \
-    X(double, re, KT_SQUARE(size->free + size->states), "implicit: for a complex one, real parts")                     \
-    X(double, im, KT_SQUARE(size->free + size->states), "implicit: imaginary parts")                                   \
-    X(int, pivot, 2 * (size->free + size->states), "implicit: of the real and the complex factors")                    \
-    X(double, turning, 7 * size->turning, "implicit: quaternion and angular velocity of each, where J is from")        \
-    X(double, vectors, size->vectors, "implicit: complex vectors of nq + states")                                      \
-    X(char, stiffness_work, size->stiffness_work, "implicit: of the derivatives")
-
 /* The number of models of sets of contacts that a simulation has room for (contact/model.c). */
 enum { KT_CONTACT_MASKS = 3 };
 
-struct kt_gaps;     /* gap.h */
-struct kt_contacts; /* contact.c */
-struct kt_moreau;   /* moreau.c */
+/* The structs of parts, in their files. */
+struct kt_contacts;
+struct kt_gaps;
+struct kt_moreau;
+struct kt_newton_matrices;
+struct kt_work_panel;
+
 #define KT_SIMULATION_CONTACTS(X)                                                                                      \
     X(char, contact_memory, size->contact, "hard contacts")                                                            \
     X(char, moreau_memory, size->moreau, "of time stepping")                                                           \
@@ -216,9 +189,6 @@ struct kt_moreau;   /* moreau.c */
 /* Every array of a simulation: type, name, count, meaning. One list declares, measures and places. */
 #define KT_SIMULATION_FIELDS(X)                                                                                        \
     KT_SIMULATION_STATE(X)                                                                                             \
-    X(kt_event, event, size->event, "in the order in which they were added")                                           \
-    X(kt_event_search, event_search, size->event, "scratch")                                                           \
-    X(double, event_value, KT_EVENT_VALUES * size->event, "at event_time, and along a panel of the last step")         \
     X(double, y, size->n, "state of a record, and scratch")                                                            \
     X(double, a, size->nv, "acceleration of a record")                                                                 \
     X(double, rate, size->rate, "velocities that positions follow, of the caller's right-hand side")                   \
@@ -229,10 +199,8 @@ struct kt_moreau;   /* moreau.c */
     X(kt_wrench, body_wrench, size->body_wrench, "transformed: on the bodies of the model")                            \
     X(kt_wrench, free_reaction, size->free_reaction, "transformed: of a record, in all loops of the model")            \
     X(char, user_memory, size->user_data, "transformed: the user model's data")                                        \
-    X(kt_work_panel, panel, size->panel, "of a balance with adaptive steps")                                           \
     X(int, quaternion, size->quaternion, "where in q each quaternion begins")                                          \
     KT_SIMULATION_STATICS(X)                                                                                           \
-    KT_NEWTON_ARRAYS(X)                                                                                                \
     KT_SIMULATION_CONTACTS(X)                                                                                          \
     X(char, part_memory, size->parts, "the parts' own")                                                                \
     X(char, data_memory, size->data, "the model's data")                                                               \
@@ -278,6 +246,50 @@ typedef struct kt_event_source {
     double (*kink)(const kt_simulation *simulation, size_t k);
 } kt_event_source;
 
+/* Every array of events: type, name, count, meaning. At most n events. */
+#define KT_EVENT_FIELDS(X)                                                                                             \
+    X(kt_event, list, n, "in the order in which they were added")                                                      \
+    X(kt_event_search, search, n, "scratch")                                                                           \
+    X(double, value, KT_EVENT_VALUES *n, "at `time`, and along a panel of the last step")
+
+/* Events (event.c). Their persistent state is event_memory and event_root. */
+typedef struct kt_events {
+    size_t count;
+    size_t latest;                 /* the event of the last instant, or at which a step was repeated; count: none */
+    size_t aim;                    /* the event at which the last try was to end and did not; count: none */
+    bool fires;                    /* an event happens at the end of the last try */
+    bool searched;                 /* this step has been searched */
+    const kt_event_source *source; /* of the events of hard contacts */
+    double end;                    /* s, the end of the first try of this step */
+    int evaluations;               /* the most values of an event that the search of a step takes */
+    int most;                      /* the number of values with which the search after this try ends */
+    uint64_t cut;                  /* searches of features of events in this try that reached their limit */
+    double time;                   /* s, of the values; NaN: not available */
+    double lead;                   /* s, the earliest time to which the slope of an event leads that was not reached */
+    double reach;                  /* s, the end of the searched part of the last step */
+    double rate, rate_end;         /* the largest rate of a turn at `time` and at the end of the step, rad/s */
+    KT_ARENA_DECLARE(KT_EVENT_FIELDS)
+} kt_events;
+
+/* Records: when they are due, and the quantities that they hold. */
+typedef struct kt_record_plan {
+    double interval; /* s */
+    int64_t count;
+    unsigned bits;         /* KT_RECORD_ bits to compute */
+    bool kinematics;       /* a record's data are updated */
+    bool places;           /* for quantities other than energies */
+    uint64_t progress_due; /* the number of steps to the next call of options.progress */
+} kt_record_plan;
+
+/* The estimate of the work done from powers at the ends of steps (work_watch.c), and the panel of a balance with
+ * adaptive steps (balance.c). */
+typedef struct kt_works {
+    bool watches;            /* works are estimated at the ends of steps */
+    const double *end_slope; /* slope of the evaluation that gave end_power; NULL: none in this step */
+    kt_power end_power;      /* power of the evaluation that may become that of the end */
+    struct kt_work_panel *panel;
+} kt_works;
+
 struct kt_simulation {
     void *owned; /* memory of kt_simulation_create, or NULL */
     kt_simulation_sizes size;
@@ -293,48 +305,29 @@ struct kt_simulation {
     int groups;                    /* of loops */
     kt_simulation_options options; /* as they were given */
     size_t changed_contact;        /* 1 + the last contact that closed, opened, stuck or slipped; 0: none */
-    bool watches_works;            /* works are estimated at the ends of steps */
-    const double *end_slope;       /* slope of the evaluation that gave end_power; NULL: none in this step */
-    kt_power end_power;            /* power of the evaluation that may become that of the end */
-    kt_complex sigma[2];           /* implicit: of the real and the complex factors */
     bool near_singular;            /* the last step computed accelerations next to a singular position */
     bool closes_loops;             /* a projection does more than renormalise quaternions: it overwrites data */
     kt_breakpoints breakpoints;
+    kt_events events;
+    kt_record_plan records;
+    kt_works works;
+    struct kt_newton_matrices *newton; /* of an implicit method; NULL: none */
     bool watches_ends;      /* adaptive steps do not leap over changes of functions of time behind their last stage */
     bool lacks_end_stage;   /* the method has no stage at the end of its steps */
     bool lacks_inner_stage; /* the method has no stage between the ends of its steps */
     struct kt_gaps *gaps;   /* contacts and stops that a step may leap over (gap.h); NULL: there are none */
-    size_t event_count;     /* the number of events */
-    size_t event_latest;    /* the event of the last instant, or at which a step was repeated; event_count: none */
-    size_t event_aim;       /* the event at which the last try was to end and did not; event_count: none */
-    bool event_fires;       /* an event happens at the end of the last try */
     size_t contact_count;   /* the number of hard contacts, which are the first events */
-    const kt_event_source *event_source; /* of these events */
-    struct kt_contacts *contacts;        /* NULL: there are none */
-    bool steps_over_contacts;            /* contacts are resolved by time stepping: */
-    struct kt_moreau *moreau;            /* time stepping over contacts (moreau.h); NULL: they are events */
-    uint64_t contact_mask;               /* the switches of hard contacts */
-    uint64_t contact_friction;           /* those of joint friction; both switches of a joint are on: it is released */
-    uint64_t contact_released;           /* the contacts that are released at first */
-    double contact_margin;               /* the depth at which a contact penetrates that was left open, m or rad */
-    double event_end;                    /* the end of the first try of this step */
-    int event_evaluations;               /* the most values of an event that the search of a step takes */
-    int event_most;                      /* the number of values with which the search after this try ends */
-    uint64_t progress_due;               /* the number of steps to the next call of options.progress */
-    bool event_searched;                 /* this step has been searched */
-    double contact_time;                 /* s, of the values of contacts; NaN: not available */
-    double slow_slip;   /* the largest slip of hard contacts of which the direction is predicted, m/s; 0: no contacts */
-    uint64_t event_cut; /* searches of features of events in this try that reached their limit */
-    double event_time;  /* of event_value; NaN: not available */
-    double event_lead;  /* the earliest time to which the slope of an event leads that the step did not reach */
-    double event_reach; /* the end of the searched part of the last step */
-    double event_rate, event_rate_end; /* the largest rate of a turn at event_time and at the end of the step, rad/s */
-    double step;                       /* fixed, or 0 */
-    double duration, interval;
-    int64_t record_count;
-    unsigned record;     /* KT_RECORD_ bits to compute */
-    bool kinematics;     /* a record's data are updated */
-    bool places;         /* for quantities other than energies */
+    struct kt_contacts *contacts; /* NULL: there are none */
+    bool steps_over_contacts;     /* contacts are resolved by time stepping: */
+    struct kt_moreau *moreau;     /* time stepping over contacts (moreau.h); NULL: they are events */
+    uint64_t contact_mask;        /* the switches of hard contacts */
+    uint64_t contact_friction;    /* those of joint friction; both switches of a joint are on: it is released */
+    uint64_t contact_released;    /* the contacts that are released at first */
+    double contact_margin;        /* the depth at which a contact penetrates that was left open, m or rad */
+    double contact_time;          /* s, of the values of contacts; NaN: not available */
+    double slow_slip; /* the largest slip of hard contacts of which the direction is predicted, m/s; 0: no contacts */
+    double step;      /* fixed, or 0 */
+    double duration;
     kt_cached cached;    /* the results of the present state that data hold */
     const double *slope; /* y' as the last evaluation returned it to the integrator */
     kt_error cause;      /* error of the last callback that failed; code KT_OK: none failed in this step */
@@ -366,7 +359,7 @@ static inline void kt_simulation_note_jump(kt_simulation *simulation) {
     if (simulation->contact_count == 0)
         return;
     simulation->memory.jumped = true;
-    simulation->event_time = simulation->contact_time = (double)NAN;
+    simulation->events.time = simulation->contact_time = (double)NAN;
 }
 static inline void kt_simulation_clear_jump(kt_simulation *simulation) { simulation->memory.jumped = false; }
 static inline bool kt_simulation_has_jumped(const kt_simulation *simulation) { return simulation->memory.jumped != 0; }
