@@ -90,7 +90,7 @@ KT_TEST(modes_tells_which_state_it_is_about) {
     ran = kt_shell("sed 's/position: 0.5/velocity: 0.5/; s/position: 90 deg/position: 0/' cart.yaml | $K modes -");
     kt_check_contains("steady motion", ran.out, "about its steady motion, 4 states\n");
     kt_check_text("which is fine", ran.err, "");
-    kt_expect(1, "--nearest is about an equilibrium", "$K modes cart.yaml --nearest --at initial");
+    kt_expect(1, "--nearest linearises about an equilibrium", "$K modes cart.yaml --nearest --at initial");
 }
 
 /* An upright wheel rolls straight ahead. It is stable if v^2 > g R / 3. The coordinates of its free joint turn with it

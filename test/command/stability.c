@@ -261,7 +261,7 @@ KT_TEST(run_finds_a_mode_that_rings_or_tells_that_it_has_missed_it) {
 /* Through a singular position of the loops. */
 KT_TEST(run_tells_what_an_implicit_method_has_taken_unsettled) {
     static const char *const methods[] = {"bdf2", "rodas5p", "rk4"};
-    static const char *const words[] = {"Newton's iteration came no nearer to the solution in ",
+    static const char *const words[] = {"Newton's iteration came no nearer to the solution than 1e-7 of the state",
                                         "the order of rodas5p is lower", NULL};
     for (int i = 0; i < 3; i++) {
         kt_ran ran = kt_shell("$K run " KT_SCENES "/n-four-bar-2.yaml --integrator %s --step 5e-3 --duration 3 "

@@ -129,7 +129,7 @@ KT_TEST(velocities_that_contradict_each_other_are_told_as_such) {
     kt_check_contains("what", ran.err, "the initial velocities contradict the loops");
     kt_check_contains("cause", ran.err, "  the positions close, but loops and held joints prescribe velocities");
     kt_check_contains("remedy", ran.err, "  the others agree without loop 'two'\n");
-    kt_check_equal_int("no bars", kt_count_of(ran.err, "bars are in line"), 0);
+    kt_check_equal_int("no bars", kt_count_of(ran.err, "bars lie in line"), 0);
     kt_check_equal_int("no lengths", kt_count_of(ran.err, "check the lengths"), 0);
     kt_expect(0, NULL, "sed 's/2[*]t/t\\/2/' drives.yaml | $K check -");
 }
@@ -570,8 +570,8 @@ KT_TEST(until_that_holds_at_the_start_is_told) {
                  "     markers: {top: [0, 0.5, 0]}}\n"
                  "simulate: {duration: 0.5, until: \"%s\"}\n",
                  cases[i].until);
-        snprintf(words, sizeof words, "`until: %s` holds at the start, and ends the run only where it comes to hold",
-                 cases[i].until);
+        snprintf(words, sizeof words,
+                 "`until: %s` is true at the start, and ends the run only when it becomes true again", cases[i].until);
         kt_write_file("u.yaml", text);
         const kt_ran ran = kt_shell("$K run u.yaml --out /dev/null --summary -");
         json_t *root = kt_json(ran.out);

@@ -365,7 +365,7 @@ KT_TEST(parameters_of_another_model_are_rejected) {
         kt_need_fine(names[i], kt_parameter_find(model, names[i], &parameter, &e), &e);
         kt_note("%s", names[i]);
         kt_check_equal_int("get", kt_parameter_get(small, &parameter, now, &e), KT_ERROR_ARGUMENT);
-        kt_check_contains("what", e.message, "none of this model");
+        kt_check_contains("what", e.message, "does not belong to this model");
         kt_check_true("untouched", now[0] == 7.0);
         kt_check_equal_int("set", kt_parameter_set(copy, &parameter, now, &e), KT_ERROR_ARGUMENT);
         parameter.count++;

@@ -44,8 +44,8 @@ def row(path, name):
     return f"| {name} | {format_of(path)} | {bodies} | {dofs} | {loops} | {kinds} |", "run" if done.returncode == 0 else "read"
 
 
-KINDS = [("meshes that are not found", "missing meshes"), ("far larger than the robot", "large collisions"), ("contacts", "contacts"), ("do not concern|not known here", "extensions"), ("smooth", "smooth friction"), ("that move freely|and move freely", "free root"),
-         ("fixed to the world", "fixed root"), ("inertias that no body", "odd inertias"), ("not said", "standard masses"), ("no link has a mass", "no masses"),
+KINDS = [("meshes that are not found", "missing meshes"), ("far larger than the robot", "large collisions"), ("contacts", "contacts"), ("do not concern|not known here", "extensions"), ("smooth", "smooth friction"), ("that move freely|lets move freely", "free root"),
+         ("fixed to the world", "fixed root"), ("impossible inertias", "odd inertias"), ("without a mass or an inertia", "standard masses"), ("no link has a mass", "no masses"),
          ("of their geoms|of their collisions", "masses by shapes"), ("close loops", "loops"), ("soft equal", "soft equalities"), ("a force or an eq|' is left out", "some forces"), ("freely has no ground|freely falls", "no ground"),
          ("keyframes", "keyframes"), ("limits of position", "limits"), ("nor on the search path", "missing files"), ("cannot be read", "missing files"),
          ("two axes|after the first|not at the origin", "joints on bodies of their own"), ("motors|servos", "controls"), ("transmissions", "transmissions")]

@@ -34,7 +34,7 @@ KT_TEST(link_without_joint_moves_freely_and_weighs_what_the_format_says) {
     kt_check_equal_bits("gravity", &scene->description.gravity.x, (const double[]){0.0, 0.0, -9.8}, 3);
     kt_check_true("told to be free", has_note(scene, "links that move freely"));
     kt_check_true("told to weigh that",
-                  has_note(scene, "that of the format (1 kg, 1 kg m^2; --density gives those of shapes): 1"));
+                  has_note(scene, "defaults of the format (1 kg, 1 kg m^2; --density computes both from shapes): 1"));
 }
 
 /* The shapes give the centre and the ratios of the moments. */

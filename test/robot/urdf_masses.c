@@ -26,7 +26,7 @@ KT_TEST(inertias_are_judged_by_rigid_parts) {
     } table[] = {
         {ARM_WITH(INERTIA("1", "0.1", "0.1", "0.1"), INERTIA("0.001", "0", "0", "3e-6")),
          {true, true, true},
-         "of links within"},
+         "of links, within"},
         {ARM_WITH(INERTIA("1", "0.1", "0.1", "0.1"), INERTIA("0", "0", "0", "2e-35")),
          {true, true, true},
          "nothing but rounding"},

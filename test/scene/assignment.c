@@ -288,7 +288,7 @@ KT_TEST(what_is_set_is_written_unless_numbers_follow) {
     static const char *const rejected[] = {hardens, follows};
     for (int i = 0; i < 2; i++)
         kt_check_unwritable("rejects", running_read(rejected[i], NULL), KT_ERROR_UNSUPPORTED,
-                            "numbers of the scene follow");
+                            "parameters from which other numbers follow");
 }
 
 /* ---- faults ------------------------------------------------------------------------------------------------------ */

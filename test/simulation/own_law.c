@@ -432,7 +432,7 @@ KT_TEST(wrong_laws_are_told) {
     reject(&m, "effect 'motor'", "both a formula and a law are given");
     m.effects[0].formula[0] = NULL;
     m.states[1].rate = "1";
-    reject(&m, "effect 'motor'", "state 'heat' has a formula for its rate");
+    reject(&m, "effect 'motor'", "state 'heat' has both a formula for its rate and a law");
     m.states[1].rate = NULL;
     m.effects[2].states = three + 1;
     m.effects[2].state_count = 1;
