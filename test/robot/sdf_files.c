@@ -94,7 +94,7 @@ KT_TEST(models_of_one_name_were_allowed_before_1_7) {
     kt_check_equal_int("bodies", scene->description.body_count, 5);
     for (size_t i = 0; i < sizeof bodies / sizeof *bodies; i++)
         (void)find_body(scene, bodies[i]);
-    kt_check_true("told", has_note(scene, "are called NAME_1, NAME_2, ... here: 2"));
+    kt_check_true("told", has_note(scene, "are called NAME_1, NAME_2, ... in the scene: 2"));
     kt_check_equal_int("from 1.7 on", parse(newer, NULL, &rejected), KT_ERROR_SCENE);
     kt_check_contains("words", faults.text, "the name is that of the model in line 1, too");
 }

@@ -71,7 +71,8 @@ KT_TEST(velocity_decay_of_old_versions_and_masses_of_meshes_are_told) {
         {SDF("<link name='a'><inertial auto='true'/><collision "
              "name='c'><geometry><mesh><uri>x.stl</uri></mesh></geometry>"
              "</collision><collision name='d'><geometry><box><size>1 1 1</size></box></geometry></collision></link>"),
-         "collisions that are meshes have no inertia here, and without <mass> no mass: of 1 link (a); --mass LINK=MASS "
+         "collisions that are meshes have no inertia in the scene, and without <mass> no mass: of 1 link (a); --mass "
+         "LINK=MASS "
          "gives one"}};
     for (int i = 0; i < 2; i++) {
         kt_scene *scene = test_robot(texts[i][0], NULL);

@@ -46,7 +46,7 @@ static const kt_note force_notes[] = {
     KT_NOTE(kt_mjcf, branches, MOTION,
             "tendons whose armature couples branches of the tree, a part of the inertia that MuJoCo leaves out:"),
     KT_NOTE(kt_mjcf, scaled, MOTION,
-            "welds with a torquescale other than 0 and 1, whose weak or strong torques are exact here:"),
+            "welds with a torquescale other than 0 and 1, whose weak or strong torques are exact in the scene:"),
     KT_NOTE(kt_mjcf, disabled, DETAIL,
             "what flags of <option> turn off is left out (springs, dampers, dry friction, limits, equalities, "
             "actuators, limits of controls)"),

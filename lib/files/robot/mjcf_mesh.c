@@ -188,7 +188,8 @@ static kt_status enclose(kt_mjcf *m, const kt_element *e, kt_triangles *triangle
     else if (status == KT_OK)
         return report_empty(triangles, rule, mesh->enclosed.volume, error);
     if ((rule == CONVEX || triangles->is_hull) && kt_mjcf_number(m, e, "mesh", "maxhullvert", -1.0) > 0.0)
-        kt_unknown_count(&m->changes, "a hull with a bounded number of vertices, which has all here", e);
+        kt_unknown_count(&m->changes, "a hull with a bounded number of vertices, for which the scene uses all vertices",
+                         e);
     return status;
 }
 

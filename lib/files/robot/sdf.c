@@ -57,12 +57,13 @@ static const kt_note first_notes[] = {
             "servers, left out:"),
     KT_NOTE(kt_sdf, unversioned, START,
             "models of a server in a given version; any version on the search path is taken:"),
-    KT_NOTE(kt_sdf, renamed_models, START,
-            "models before SDF 1.7 that have the name of another model, and are called NAME_1, NAME_2, ... here:"),
+    KT_NOTE(
+        kt_sdf, renamed_models, START,
+        "models before SDF 1.7 that have the name of another model, and are called NAME_1, NAME_2, ... in the scene:"),
     KT_NOTE(kt_sdf, states, START, "initial states of worlds (<state>) that are left out:"),
     KT_NOTE(kt_sdf, renamed, DETAIL, "names of bodies that a scene cannot have, with '_' or a number:"),
     KT_NOTE(kt_sdf, renamed_frames, DETAIL,
-            "frames before SDF 1.7 that have the name of another item, and are called NAME_frame here:"),
+            "frames before SDF 1.7 that have the name of another item, and are called NAME_frame in the scene:"),
     KT_NOTE(kt_sdf, floating, START, "links that move freely, since no joint connects them with the world:"),
     KT_NOTE(kt_sdf, reserved, MOTION,
             "links with the name 'world', which is reserved: joints to 'world' hold the world, and these links are "
@@ -112,7 +113,7 @@ static void make_sdf_notes(const kt_sdf *m, kt_scene *scene) {
         return;
     KT_NOTES_PUT(&n, m, first_notes);
     kt_note_put(&n, KT_NOTE_RANK_MOTION, &m->lost_masses,
-                "collisions that are meshes have no inertia here, and without <mass> no mass: of %d link%s "
+                "collisions that are meshes have no inertia in the scene, and without <mass> no mass: of %d link%s "
                 "(%s); --mass LINK=MASS gives one",
                 m->lost_masses.count, m->lost_masses.count > 1 ? "s" : "", m->massless_names.text);
     kt_judge_notes(&n, &m->judge);
