@@ -54,7 +54,7 @@ KT_TEST(frames_of_old_versions_are_renamed_if_others_have_their_name) {
         "<link name='c'><pose relative_to='a'>2 0 0 0 0 0</pose></link></model></sdf>";
     static const kt_vec3 places[] = {{0.0, 0.0, 1.0}, {1.0, 0.0, 3.0}, {2.0, 0.0, 1.0}};
     kt_scene *scene = test_robot(text, NULL);
-    kt_check_true("it is told", has_note(scene, "called NAME_frame here: 2"));
+    kt_check_true("it is told", has_note(scene, "called NAME_frame in the scene: 2"));
     for (int i = 0; i < 3; i++) {
         const char name[] = {(char)('a' + i), '\0'};
         const double *at = find_body(scene, name)->joint.position;
