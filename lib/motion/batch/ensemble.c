@@ -97,7 +97,7 @@ static const char *fallback_reason_of_member(const kt_ensemble *e, const kt_simu
     if (why)
         return why;
     if (s->transformation || s->options.acceleration || s->options.projection)
-        return "its equations are not those of its own model";
+        return "it integrates equations of the caller, or of another formulation";
     return s->size.n > s->size.work || s->works.watches ? "it records or watches the work done (balance)" : NULL;
 }
 

@@ -74,11 +74,10 @@ static kt_status check_floquet_options(const kt_model *model, const kt_floquet_o
                             "many steps shows the error",
                             o->steps);
     if (kt_step_work_size(model, o->method) == 0)
-        return kt_error_set(
-            error, KT_ERROR_ARGUMENT, "method",
-            "steps of %s have no derivatives here; those of explicit Runge-Kutta methods have, such as rk4 or "
-            "dop853, and of implicit-euler, crank-nicolson, radau5 and rodas5p",
-            o->method->name);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "method",
+                            "steps of %s have no derivatives; take an explicit Runge-Kutta method, such as rk4 or "
+                            "dop853, or implicit-euler, crank-nicolson, radau5 or rodas5p",
+                            o->method->name);
     return KT_OK;
 }
 

@@ -22,7 +22,7 @@
 
 enum { SWEEPS = 30 };
 
-/* The rounding error of a zero eigenvalue, over the largest and the number of coordinates. */
+/* The rounding error of a zero eigenvalue, divided by the largest eigenvalue and by the number of coordinates. */
 #define KT_EIGENVALUE_TOLERANCE 1e-15
 
 /* An entry of equation c, scaled if the group is balanced. */
