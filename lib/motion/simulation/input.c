@@ -31,8 +31,7 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
     if (!simulation->memory.pending)
         return KT_OK;
     if (inputs_differ(simulation)) {
-        kt_simulation_complete_powers(simulation);
-        simulation->memory.powers.count = 0;
+        kt_phase_complete(simulation);
         /* The right-hand side jumps: slopes before the jump are invalid in the next step, except for smooth inputs. */
         memcpy(simulation->y, kt_integrator_state(simulation->integrator), size->n * sizeof(double));
         kt_status status = KT_OK;
@@ -47,7 +46,7 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
         simulation->memory.now = simulation->memory.next;
         kt_simulation_inputs_use(simulation);
         kt_simulation_forget_breakpoints(simulation);
-        kt_simulation_note_jump(simulation);
+        kt_phase_interrupt(simulation);
     }
     simulation->memory.pending = simulation->memory.changed = false;
     return KT_OK;

@@ -102,7 +102,7 @@ kt_status kt_simulation_find_energy(kt_simulation *simulation, const double *y, 
 kt_status kt_simulation_begin_jump(kt_simulation *simulation, bool needed, kt_simulation_energy *before,
                                    kt_error *error) {
     *before = (kt_simulation_energy){0.0, 0.0};
-    kt_simulation_complete_powers(simulation);
+    kt_phase_complete(simulation);
     return needed || kt_simulation_accounts(simulation)
                ? kt_simulation_find_energy(simulation, kt_integrator_state(simulation->integrator), before, error)
                : KT_OK;
@@ -167,8 +167,7 @@ kt_status kt_simulation_pass_breakpoint(kt_simulation *simulation, kt_error *err
     bool strikes;
     if (!kt_simulation_pass_piece(simulation, &strikes))
         return KT_OK;
-    simulation->memory.powers.count = 0;
-    kt_simulation_note_jump(simulation);
+    kt_phase_interrupt(simulation);
     memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
     const kt_status status = strikes && simulation->closes_loops ? strike_drives(simulation, error) : KT_OK;
     if (status != KT_OK) {

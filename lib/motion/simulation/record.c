@@ -202,7 +202,7 @@ kt_status kt_simulation_give_record(kt_simulation *simulation, const kt_record *
 kt_status kt_simulation_complete_record(kt_simulation *simulation, kt_status status, kt_record *record, kt_error *from,
                                         kt_recorder *recorder, void *user, kt_error *error) {
     if (status == KT_OK) {
-        kt_simulation_complete_powers(simulation);
+        kt_phase_complete(simulation);
         for (kt_hook_of_admit *const *hook = simulation->phases.admit; status == KT_OK && *hook != NULL; hook++)
             status = (*hook)(simulation, record->t, from);
         if (status == KT_OK)
@@ -425,7 +425,7 @@ static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *f
     const bool accelerates = (simulation->records.bits & KT_RECORD_ACCELERATIONS) != 0;
     kt_status status = KT_OK;
     memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
-    kt_simulation_complete_powers(simulation);
+    kt_phase_complete(simulation);
     if (kt_simulation_is_stepped(simulation)) /* data do not hold results of the state */
         return evaluate_record(simulation, record, from);
     if (accelerates || (simulation->records.bits & KT_RECORD_REACTIONS) != 0)

@@ -108,12 +108,6 @@ static inline kt_status kt_simulation_date_masses(const kt_simulation *simulatio
 void kt_simulation_take_power(kt_simulation *simulation, const double *y, const double *dydt, kt_power power);
 /* Notes a power at the present time, once (power_points.c). */
 void kt_simulation_note_power(kt_simulation *simulation, kt_power power);
-/* Adds the powers of the present time if these are missing: before a record, before new inputs, and before a jump. */
-void kt_simulation_add_missing_powers(kt_simulation *simulation);
-static inline void kt_simulation_complete_powers(kt_simulation *simulation) {
-    if (simulation->works.watches)
-        kt_simulation_add_missing_powers(simulation);
-}
 kt_work_estimate kt_simulation_work_estimate(const kt_simulation *simulation, double t);
 
 /* Returns the callbacks for the integrator. */

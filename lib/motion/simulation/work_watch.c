@@ -59,14 +59,19 @@ static void end_powers(kt_simulation *simulation) {
 
 static bool watches_works(const kt_simulation *simulation) { return simulation->works.watches; }
 
-const kt_part kt_power_part = {.is_active = watches_works, .finish = end_powers};
-
-void kt_simulation_add_missing_powers(kt_simulation *simulation) {
+/* Adds the powers of the present time if these are missing: before a record, before new inputs, and before a jump. */
+static void add_missing_powers(kt_simulation *simulation) {
     const kt_power_points *p = &simulation->memory.powers;
     const double t = kt_integrator_time(simulation->integrator);
     if (p->count > 0 && t > p->t[0])
         evaluate_work_watch(simulation, t);
 }
+
+/* Forces jump: the cubic begins anew. */
+static void begin_cubic(kt_simulation *simulation) { simulation->memory.powers.count = 0; }
+
+const kt_part kt_power_part = {
+    .is_active = watches_works, .complete = add_missing_powers, .interrupt = begin_cubic, .finish = end_powers};
 
 kt_work_estimate kt_simulation_work_estimate(const kt_simulation *simulation, double t) {
     const kt_power_points *p = &simulation->memory.powers;

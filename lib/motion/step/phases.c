@@ -64,6 +64,16 @@ void kt_phase_renew(const kt_simulation *simulation) {
         (*hook)(simulation);
 }
 
+void kt_phase_complete(kt_simulation *simulation) {
+    for (kt_hook_of_complete *const *hook = simulation->phases.complete; *hook != NULL; hook++)
+        (*hook)(simulation);
+}
+
+void kt_phase_interrupt(kt_simulation *simulation) {
+    for (kt_hook_of_interrupt *const *hook = simulation->phases.interrupt; *hook != NULL; hook++)
+        (*hook)(simulation);
+}
+
 void kt_phase_forget(kt_simulation *simulation) {
     for (kt_hook_of_forget *const *hook = simulation->phases.forget; *hook != NULL; hook++)
         (*hook)(simulation);

@@ -54,6 +54,8 @@ typedef enum kt_verdict {
     X(void, rebind, (kt_simulation *), "data belong to another variant of the model")                                  \
     X(void, renew, (const kt_simulation *), "parameters of the model may have been set")                               \
     X(const kt_model *, variant, (kt_simulation *, uint64_t), "chooses the model of a set of switches")                \
+    X(void, complete, (kt_simulation *), "forces or the state are about to jump")                                      \
+    X(void, interrupt, (kt_simulation *), "forces have jumped at the present time")                                    \
     X(void, forget, (kt_simulation *), "the state jumps: values from before are not valid any more")                   \
     X(void, reset, (kt_simulation *), "a state is about to be set that may lie anywhere")                              \
     X(kt_status, settle, (kt_simulation *, kt_error *), "the state was set, or has jumped")                            \
@@ -105,6 +107,8 @@ void kt_parts_place(kt_simulation *simulation, void *memory, const kt_part *cons
 /* Phases outside of steps. */
 void kt_phase_rebind(kt_simulation *simulation);
 void kt_phase_renew(const kt_simulation *simulation);
+void kt_phase_complete(kt_simulation *simulation);
+void kt_phase_interrupt(kt_simulation *simulation);
 void kt_phase_forget(kt_simulation *simulation);
 void kt_phase_reset(kt_simulation *simulation);
 void kt_phase_resume(kt_simulation *simulation);
