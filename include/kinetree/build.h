@@ -1,5 +1,5 @@
-/* Experimental. Parts of mechanisms that repeat: beams of elastic segments, chains and trees of links. A builder
- * collects bodies, loops and effects in a description:
+/* Experimental. Parts of mechanisms: beams of elastic segments, chains and trees of links, and graphs of bodies and
+ * joints. A builder collects bodies, loops and effects in a description:
  *
  *     kt_beam blade = kt_beam_default();
  *     blade.name = "blade";
@@ -100,6 +100,52 @@ typedef struct kt_link_tree {
 /* Returns a struct with the default values. */
 KT_API kt_link_tree kt_link_tree_default(void);
 
+/* ---- bodies and joints as a graph -------------------------------------------------------------------------------- */
+
+/* A joint between two bodies, of which none is the parent. CAD systems export bodies and joints in this form. */
+typedef struct kt_graph_joint {
+    kt_joint joint;     /* its name, which is required, its type, axes, start, armature and limits. `at` and `rotation`
+                           must be zero, because the first end gives the joint frame. Axes are in both ends' frames */
+    kt_end between[2];  /* the joint moves the frame of the second end relative to that of the first end; both frames
+                           coincide at position zero */
+    bool is_coordinate; /* the joint should have a coordinate, because an item reads or drives it: a coupling, a motion,
+                           a held joint, a formula; default: false */
+} kt_graph_joint;
+
+/* The reason for which a joint carries a body or closes a loop. X(id, words) */
+#define KT_GRAPH_REASON_LIST(X)                                                                                        \
+    X(KT_GRAPH_CARRIES, "carries a body")                                                                              \
+    X(KT_GRAPH_RIGID, "its bodies are parts of one rigid body, in which it cannot move")                               \
+    X(KT_GRAPH_CUT_OF_COORDINATES, "the other joints of its loop are needed as coordinates")                           \
+    X(KT_GRAPH_CUT_OF_STARTS, "the other joints of its loop have given start values")                                  \
+    X(KT_GRAPH_CUT_OF_FREEDOMS, "it has the most coordinates of its loop, which leaves the fewest equations")          \
+    X(KT_GRAPH_CUT_OF_LENGTHS, "it is farthest from the ground, which makes the loops short")
+
+typedef enum kt_graph_reason {
+#define KT_GRAPH_REASON_ENUM(id, words) id,
+    KT_GRAPH_REASON_LIST(KT_GRAPH_REASON_ENUM)
+#undef KT_GRAPH_REASON_ENUM
+        KT_GRAPH_REASON_COUNT /* how many */
+} kt_graph_reason;
+
+/* What became of a joint of a graph. */
+typedef struct kt_graph_choice {
+    const char *joint;      /* its name */
+    const char *body;       /* the body that the joint carries; NULL: it closes a loop, or joins parts of one rigid
+                               body, so that it is left out */
+    bool is_reversed;       /* it carries the body of its first end. A joint of one or two coordinates has the same
+                               position; other joints have the coordinates of the first end relative to the second */
+    bool loses_start;       /* it closes a loop, so that its given start values are not used */
+    kt_graph_reason reason; /* why */
+    int length;             /* joints of its loop, itself included; 0: it carries a body */
+} kt_graph_choice;
+
+/* Returns a struct with the default values: a fixed joint between the origins of the world and of the world. */
+KT_API kt_graph_joint kt_graph_joint_default(void);
+
+/* Returns the words of a reason; "" for any other number. */
+KT_API const char *kt_graph_reason_words(kt_graph_reason reason);
+
 /* ---- the builder ------------------------------------------------------------------------------------------------- */
 
 /* Bodies, loops and effects, in the order in which they are added. */
@@ -123,6 +169,21 @@ KT_API KT_CHECKED kt_status kt_builder_add_effect(kt_builder *builder, const kt_
  * Cost: O(segments), O(count). */
 KT_API KT_CHECKED kt_status kt_builder_add_beam(kt_builder *builder, const kt_beam *beam, kt_error *error);
 KT_API KT_CHECKED kt_status kt_builder_add_tree(kt_builder *builder, const kt_link_tree *tree, kt_error *error);
+
+/* Adds bodies, and the joints of a graph between them and the world. A body with a parent, or with a joint other than a
+ * fixed one, keeps its place. All others are carried by joints of the graph. The carrying joints make a tree: joints
+ * that are needed as coordinates and joints with given start values are preferred, then joints with few coordinates,
+ * which makes the constraint groups as small as possible, then joints near the ground. The other joints become loops of
+ * the same name with coordinates (kt_loop.coordinates). A joint between parts of one rigid body is left out. If the end
+ * of a carrying joint is away from the origin of its body, a massless body is added between them. It has the name of
+ * the joint, or NAME-frame if a body has this name. choices: joint_count structs, or NULL. Their names belong to the
+ * builder or the caller.
+ * Errors: KT_ERROR_MODEL, with error.where "joint 'NAME'" or "body 'NAME'": an end that does not exist, a body that no
+ * joint connects with the world, an axis of zeros. KT_ERROR_MEMORY. The builder is then unchanged.
+ * Cost: O(joints log joints + loops length). */
+KT_API KT_CHECKED kt_status kt_builder_add_graph(kt_builder *builder, const kt_body *bodies, int body_count,
+                                                 const kt_graph_joint *joints, int joint_count,
+                                                 kt_graph_choice *choices, kt_error *error);
 
 /* Returns the i-th body so far, which may be changed, from 0; NULL if there is none. The pointer is valid until the
  * next body is added.

@@ -201,6 +201,8 @@ typedef struct kt_loop {
     bool driven;                 /* custom: the equations depend on time */
     void *user;                  /* custom: an argument of the callback; must outlive the model */
 
+    bool coordinates;       /* revolute, prismatic, screw, cylindrical, planar, universal, spherical: records have its
+                               positions and velocities, as those of a joint (kt_loop_coordinates); default: false */
     kt_switching switching; /* whether it may be switched on and off while a program runs; default: always on */
     bool slack;             /* distance: a rope, which only pulls (KT_SIDE_BELOW) */
     kt_side side;           /* the side that it bounds; default: none, an equation */

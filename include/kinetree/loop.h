@@ -95,6 +95,20 @@ struct kt_loop_motion {
  * Cost: O(1). */
 KT_API bool kt_loop_motion_evaluate(const kt_model *model, const kt_data *data, int loop, kt_loop_motion *motion);
 
+/* Returns the joint type whose motion a loop leaves free, and the numbers of its coordinates, if the loop requests
+ * coordinates (kt_loop.coordinates). Otherwise nq and nv are 0. The members q and v are 0, because a state has no such
+ * coordinates. */
+KT_API kt_coordinates kt_loop_coordinates(const kt_model *model, int loop);
+
+/* Computes the coordinates of such a loop, as those of a joint with the same ends: nq positions and nv velocities. The
+ * state is that of the last kt_kinematics_update with these data; q (nq of the model) has its positions. The joints of
+ * the loop count the whole turns of an angle if all of them turn about parallels of its axis; at the initial positions,
+ * the angle is within half a turn. Otherwise the angle is within half a turn. A quaternion has w >= 0. Returns false,
+ * and leaves the outputs untouched, if the loop has no such coordinates.
+ * Cost: O(joints of the loop). */
+KT_API bool kt_loop_coordinates_evaluate(const kt_model *model, const kt_data *data, int loop, const double *q,
+                                         double *positions, double *velocities);
+
 /* Returns the arc length at the nearest point of the curve, for a loop of type `curve` in that state; NaN for any other
  * loop.
  * Units: m. */

@@ -165,6 +165,8 @@ static inline kt_scene_options kt_scene_options_default(void) {
 /* The numbers of a scene that follow from its variables. */
 typedef struct kt_scene_variables kt_scene_variables;
 
+struct kt_graph_choice;
+
 /* The contents of a scene file.
  * Ownership: all strings and arrays that the reader creates belong to the scene (or are static). */
 typedef struct kt_scene {
@@ -182,23 +184,26 @@ typedef struct kt_scene {
      * NULL: none. The command uses this entry. A program reads the file and calls kt_scene_start_from. */
     const char *from;
 
-    const kt_scene_event *events;   /* `events`; NULL: none */
-    int event_count;                /* length of events */
-    kt_scene_event until;           /* `simulate.until`; its `when` is NULL: there is none */
-    const kt_scene_column *columns; /* `output.columns`; NULL: none */
-    int column_count;               /* length of columns */
-    const kt_scene_mesh *meshes;    /* `meshes`, for pictures; NULL: none */
-    int mesh_count;                 /* length of meshes */
-    kt_scene_parameter *parameters; /* in the order of the file; NULL: none */
-    int parameter_count;            /* length of parameters */
-    const char *const *settings;    /* settings of kt_scene_options, as given; NULL: none */
-    int setting_count;              /* length of settings */
-    const kt_scene_note *notes;     /* omissions and changes of an import (import.h), each kind once, and parameters
+    const kt_scene_event *events;         /* `events`; NULL: none */
+    int event_count;                      /* length of events */
+    kt_scene_event until;                 /* `simulate.until`; its `when` is NULL: there is none */
+    const kt_scene_column *columns;       /* `output.columns`; NULL: none */
+    int column_count;                     /* length of columns */
+    const kt_scene_mesh *meshes;          /* `meshes`, for pictures; NULL: none */
+    int mesh_count;                       /* length of meshes */
+    const struct kt_graph_choice *joints; /* `joints`: which of them carry bodies and which close loops (build.h);
+                                           * NULL: none */
+    int joint_count;                      /* length of joints */
+    kt_scene_parameter *parameters;       /* in the order of the file; NULL: none */
+    int parameter_count;                  /* length of parameters */
+    const char *const *settings;          /* settings of kt_scene_options, as given; NULL: none */
+    int setting_count;                    /* length of settings */
+    const kt_scene_note *notes;    /* omissions and changes of an import (import.h), each kind once, and parameters
                                      * that nothing uses or that a variable of a formula hides; NULL: none */
-    int note_count;                 /* length of notes */
-    void *memory;                   /* memory of the arrays and strings, for kt_scene_free */
-    const kt_scene_marks *marks;    /* for kt_scene_locate; NULL: not read from a file or text */
-    kt_scene_variables *variables;  /* for kt_scene_vary; NULL: none */
+    int note_count;                /* length of notes */
+    void *memory;                  /* memory of the arrays and strings, for kt_scene_free */
+    const kt_scene_marks *marks;   /* for kt_scene_locate; NULL: not read from a file or text */
+    kt_scene_variables *variables; /* for kt_scene_vary; NULL: none */
 } kt_scene;
 
 /* Returns a scene with an empty mechanism and kt_run_default, but no method named. */

@@ -200,6 +200,8 @@ KT_TEST(gearbox_about_another_axis_is_told_and_left_out) {
     kt_check_true("told", has_note(scene, "gearboxes that are left out"));
 }
 
+#define CUT "<physics><simbody><must_be_loop_joint>true</must_be_loop_joint></simbody></physics>"
+
 KT_TEST(joints_that_close_loops_are_loops_of_their_kind) {
     static const struct {
         const char *type;
@@ -212,8 +214,8 @@ KT_TEST(joints_that_close_loops_are_loops_of_their_kind) {
             NULL,
             SDF(LINK("a") LINK("b") JOINT("w", "ball", "world", "a", "") JOINT("v", "ball", "world", "b", "")
                     JOINT("loop", "%s", "a", "b",
-                          "<axis><xyz>1 0 0</xyz><dynamics><damping>1</damping></dynamics></axis>"
-                          "<axis2><xyz>0 1 0</xyz></axis2>")),
+                          CUT "<axis><xyz>1 0 0</xyz><dynamics><damping>1</damping></dynamics></axis>"
+                              "<axis2><xyz>0 1 0</xyz></axis2>")),
             table[i].type);
         kt_check_equal_int("bodies", scene->description.body_count, 2);
         if (kt_check_equal_int("loops", scene->description.loop_count, 1))
@@ -241,7 +243,6 @@ static double crank_after(const char *text, double duration) {
     "<inertial><pose>" at " 0 0 0</pose><inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial>"
 #define BAR(name, at, com) "<link name='" name "'><pose>" at " 0 0 0</pose>" MASS(com) "</link>"
 #define PIN(name, parent, child, within) JOINT(name, "revolute", parent, child, within "<axis><xyz>1 0 0</xyz></axis>")
-#define CUT "<physics><simbody><must_be_loop_joint>true</must_be_loop_joint></simbody></physics>"
 #define FORCES                                                                                                         \
     "<dynamics><damping>0.5</damping><friction>0.2</friction><spring_stiffness>40</spring_stiffness>"                  \
     "<spring_reference>0.3</spring_reference></dynamics><limit><lower>-0.05</lower><upper>0.05</upper></limit>"
@@ -276,11 +277,22 @@ KT_TEST(forces_of_several_axes_in_a_loop_are_warnings) {
             const kt_scene *scene = test_robot_of(
                 &options,
                 SDF(LINK("a") LINK("b") JOINT("w", "ball", "world", "a", "") JOINT("v", "ball", "world", "b", "") JOINT(
-                    "u", "universal", "a", "b", "<axis><xyz>1 0 0</xyz></axis><axis2><xyz>0 1 0</xyz>%s</axis2>")),
+                    "u", "universal", "a", "b", CUT "<axis><xyz>1 0 0</xyz></axis><axis2><xyz>0 1 0</xyz>%s</axis2>")),
                 within[i]);
             kt_check_equal_int("lost", count_notes(scene, "springs and stops are left out"), i < 2);
             kt_check_true("with stops, too", !has_note(scene, "without --stops"));
         }
+}
+
+/* Two links on balls, with a hinge between them: a ball in the loop leaves three equations, and the hinge five. */
+KT_TEST(joints_with_many_coordinates_close_loops) {
+    kt_scene *scene = test_robot(SDF(LINK("a") LINK("b") JOINT("w", "ball", "world", "a", "")
+                                         JOINT("v", "ball", "world", "b", "") JOINT("h", "revolute", "a", "b", "")),
+                                 NULL);
+    kt_need(kt_check_equal_int("loops", scene->description.loop_count, 1));
+    kt_check_equal_int("type", scene->description.loops[0].type, KT_LOOP_SPHERICAL);
+    kt_check_text("the second ball", scene->description.loops[0].name, "v");
+    kt_check_text("the hinge carries", find_body(scene, "b")->parent, "a");
 }
 
 KT_TEST(joint_carries_its_parent_where_another_carries_the_child) {
@@ -391,7 +403,7 @@ KT_TEST(faults_are_told_at_their_places) {
         {SDF("<static>perhaps</static>" LINK("a")), "static: expected true or false, found 'perhaps'"},
         {SDF("<link name='a'><inertial><mass>-1</mass></inertial></link>"), "mass is -1"},
         {SDF(LINK("a") LINK("b") JOINT("w", "ball", "world", "a", "") JOINT("v", "ball", "world", "b", "")
-                 JOINT("u", "universal", "a", "b", "<axis><xyz>1 0 0</xyz></axis><axis2><xyz>1 1 0</xyz></axis2>")),
+                 JOINT("u", "universal", "a", "b", CUT "<axis><xyz>1 0 0</xyz></axis><axis2><xyz>1 1 0</xyz></axis2>")),
          "its axes are not normal to each other: the cosine is 0.707107"},
         {SDF("<include/>"), "include: <uri> is missing"},
         {"<!DOCTYPE sdf [<!ENTITY a 'b'>]><sdf version='1.9'/>", "a document type (<!DOCTYPE ...>) is not read"},

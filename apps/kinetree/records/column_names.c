@@ -33,6 +33,13 @@ static int name_coordinate_column(const kt_columns *columns, const kt_column *c,
                          c->source == KT_COLUMN_POSITION ? at.nq : at.nv);
 }
 
+static int name_loop_coordinate(const kt_columns *columns, const kt_column *c, char *text, size_t size) {
+    const kt_coordinates at = kt_loop_coordinates(columns->model, c->index);
+    const bool is_position = c->source == KT_COLUMN_LOOP_POSITION;
+    return name_numbered(text, size, is_position ? "position" : "velocity", kt_loop_name(columns->model, c->index), "",
+                         c->component, is_position ? at.nq : at.nv);
+}
+
 int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t size) {
     static const char *const kinds[] = {"position", "velocity", "acceleration", "gravity"};
     static const char *const energies[] = {"kinetic", "potential", "total"};
@@ -82,6 +89,9 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
     case KT_COLUMN_MULTIPLIER:
         return name_numbered(text, size, "reaction", kt_loop_name(model, c->index), ".multiplier", c->component,
                              kt_loop_rows_of(model, c->index).count);
+    case KT_COLUMN_LOOP_POSITION:
+    case KT_COLUMN_LOOP_VELOCITY:
+        return name_loop_coordinate(columns, c, text, size);
     case KT_COLUMN_CLOSURE:
         return snprintf(text, size, "closure.%s.%s", kt_loop_name(model, c->index), closure[c->component]);
     case KT_COLUMN_OWN:
@@ -124,15 +134,14 @@ int kt_column_header(const kt_columns *columns, size_t column, char *text, size_
 
 /* ---- quantities -------------------------------------------------------------------------------------------------- */
 
-static kt_measure coordinate_quantity(const kt_columns *columns, const kt_column *c) {
+static kt_measure coordinate_quantity(kt_joint_type type, int component, int order) {
     static const kt_measure angles[] = {{"Angles", "rad"},
                                         {"Angular velocities", "rad/s"},
                                         {"Angular accelerations", "rad/s\u00b2"},
                                         {"Gravity in joints: torques", "N m"}};
     static const kt_measure lengths[] = {
         {"Lengths", "m"}, {"Velocities", "m/s"}, {"Accelerations", "m/s\u00b2"}, {"Gravity in joints: forces", "N"}};
-    const int order = (int)c->source - KT_COLUMN_POSITION;
-    switch (kt_joint_coordinate_kind(kt_body_coordinates(columns->model, c->index).type, c->component)) {
+    switch (kt_joint_coordinate_kind(type, component)) {
     case KT_COORDINATE_LENGTH:
     case KT_COORDINATE_TRANSLATION:
         return lengths[order];
@@ -241,7 +250,12 @@ kt_measure kt_column_quantity(const kt_columns *columns, size_t column) {
     case KT_COLUMN_VELOCITY:
     case KT_COLUMN_ACCELERATION:
     case KT_COLUMN_GRAVITY:
-        return coordinate_quantity(columns, c);
+        return coordinate_quantity(kt_body_coordinates(columns->model, c->index).type, c->component,
+                                   (int)c->source - KT_COLUMN_POSITION);
+    case KT_COLUMN_LOOP_POSITION:
+    case KT_COLUMN_LOOP_VELOCITY:
+        return coordinate_quantity(kt_loop_coordinates(columns->model, c->index).type, c->component,
+                                   (int)c->source - KT_COLUMN_LOOP_POSITION);
     case KT_COLUMN_OWN:
         return own_quantity(&columns->formulas[c->index]);
     case KT_COLUMN_EFFECT:

@@ -16,7 +16,7 @@ static double coordinate(const double *x, int index) { return x != NULL ? x[inde
 
 /* The common values of a group of successive columns, computed at the first column. */
 typedef struct kt_column_group {
-    double value[7];
+    double value[KT_JOINT_NQ_MAX];
 } kt_column_group;
 
 static kt_column_group vector_group(kt_vec3 u) { return (kt_column_group){{u.x, u.y, u.z}}; }
@@ -56,9 +56,18 @@ static kt_column_group closure_group(const kt_model *model, const kt_data *data,
     return (kt_column_group){{m.position.x, m.position.y, m.position.z, turn.x, turn.y, turn.z, arc}};
 }
 
+/* Returns the coordinates of a joint that closes a loop. */
+static kt_column_group loop_coordinate_group(const kt_column *c, const kt_record *record) {
+    kt_column_group position = {{0.0}}, velocity = {{0.0}};
+    if (!kt_loop_coordinates_evaluate(record->model, record->data, c->index, record->q, position.value, velocity.value))
+        position.value[0] = velocity.value[0] = (double)NAN;
+    return c->source == KT_COLUMN_LOOP_POSITION ? position : velocity;
+}
+
 /* Returns whether source_group_of computes the values of a source. */
 static bool is_grouped(kt_column_source source) {
-    return (source >= KT_COLUMN_MARKER && source <= KT_COLUMN_BEARING) || source == KT_COLUMN_CLOSURE;
+    return (source >= KT_COLUMN_MARKER && source <= KT_COLUMN_BEARING) ||
+           (source >= KT_COLUMN_LOOP_POSITION && source <= KT_COLUMN_CLOSURE);
 }
 
 static kt_column_group source_group_of(const kt_columns *columns, const kt_column *c, const kt_record *record) {
@@ -97,6 +106,9 @@ static kt_column_group source_group_of(const kt_columns *columns, const kt_colum
         return bearing_group(columns, c, record);
     case KT_COLUMN_SINGULAR_VALUE:
         return (kt_column_group){{kt_singular_evaluate(columns->singular, model, record->t, record->q, record->v)}};
+    case KT_COLUMN_LOOP_POSITION:
+    case KT_COLUMN_LOOP_VELOCITY:
+        return loop_coordinate_group(c, record);
     case KT_COLUMN_CLOSURE:
         return closure_group(model, record->data, c->index);
     default:

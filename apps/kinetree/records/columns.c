@@ -55,6 +55,17 @@ static bool add_coordinates(kt_columns *columns, const recorded *quantity) {
     return fine;
 }
 
+/* Adds the columns of joints that close loops. */
+static bool add_loop_coordinates(kt_columns *columns, const recorded *quantity) {
+    bool fine = true;
+    for (int loop = 0; loop < kt_loop_count(columns->model) && fine; loop++) {
+        const kt_coordinates at = kt_loop_coordinates(columns->model, loop);
+        fine = add_source_columns(columns, quantity->source, loop,
+                                  quantity->source == KT_COLUMN_LOOP_POSITION ? at.nq : at.nv, 0);
+    }
+    return fine;
+}
+
 static bool add_once(kt_columns *columns, const recorded *quantity) {
     return add_source_columns(columns, quantity->source, 0, quantity->count, 0);
 }
@@ -166,7 +177,9 @@ static bool add_states(kt_columns *columns, const recorded *quantity) {
 static const recorded quantities[] = {
     {KT_COLUMN_TIME, 0, 0, 1, add_once},
     {KT_COLUMN_POSITION, KT_RECORD_POSITION, 0, 0, add_coordinates},
+    {KT_COLUMN_LOOP_POSITION, KT_RECORD_POSITION, KT_RECORD_CLOSURE, 0, add_loop_coordinates},
     {KT_COLUMN_VELOCITY, KT_RECORD_VELOCITY, 0, 0, add_coordinates},
+    {KT_COLUMN_LOOP_VELOCITY, KT_RECORD_VELOCITY, KT_RECORD_CLOSURE, 0, add_loop_coordinates},
     {KT_COLUMN_ACCELERATION, KT_RECORD_ACCELERATION, KT_RECORD_ACCELERATION, 0, add_coordinates},
     {KT_COLUMN_GRAVITY, KT_RECORD_GRAVITY, KT_RECORD_GRAVITY, 0, add_coordinates},
     {KT_COLUMN_STATE, KT_RECORD_STATE, 0, 0, add_states},
@@ -217,7 +230,9 @@ static bool list_all_columns(kt_columns *columns, const kt_scene *scene, const k
             fine = quantity->add(columns, quantity);
         const bool is_in_reactions =
             quantity->record == KT_RECORD_MULTIPLIER && (record & KT_RECORD_REACTION) != 0 && kt_loop_count(all) > 0;
-        columns->empty |= columns->count == before && !is_in_reactions ? record & quantity->record : 0;
+        const bool is_of_loops = quantity->add == add_loop_coordinates;
+        columns->empty |=
+            columns->count == before && !is_in_reactions && !is_of_loops ? record & quantity->record : 0;
     }
     columns->empty |= run->marker_count == 0 ? record & (KT_RECORD_MARKER_VELOCITY | KT_RECORD_MARKER_ACCELERATION) : 0;
     columns->values = fine ? malloc(columns->count * sizeof *columns->values) : NULL;

@@ -34,6 +34,8 @@ typedef enum kt_column_source {
     KT_COLUMN_LOOP_REACTION,        /* in loop `index` */
     KT_COLUMN_BEARING,              /* in the joint of body `index`, without effects and drives: likewise */
     KT_COLUMN_MULTIPLIER,           /* of equation `component` of loop `index` */
+    KT_COLUMN_LOOP_POSITION,        /* of the joint that loop `index` stands for: its coordinate `component` */
+    KT_COLUMN_LOOP_VELOCITY,        /* likewise */
     KT_COLUMN_CLOSURE,              /* of loop `index`: d, Euler vector; of a curve the arc length alone */
     KT_COLUMN_OWN,                  /* `index` of output.columns */
     KT_COLUMN_STATE,                /* auxiliary state `index` */

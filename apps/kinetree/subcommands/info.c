@@ -7,6 +7,7 @@
 #include "text/reference.h"
 
 #include "kinetree/batch.h"
+#include "kinetree/build.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -212,6 +213,30 @@ static void show_loops(const kt_model *model) {
         printf("  and %d groups more\n", count - LISTED_MAX);
 }
 
+/* Shows what became of the joints of a graph, and why. */
+static void show_graph(const kt_scene *scene) {
+    int carrying = 0, cut = 0;
+    for (int i = 0; i < scene->joint_count; i++) {
+        carrying += scene->joints[i].body != NULL;
+        cut += scene->joints[i].length > 0;
+    }
+    if (scene->joint_count > 0)
+        printf("\njoints: %d carr%s bodies, %d close%s loops\n", carrying, carrying == 1 ? "ies" : "y", cut,
+               cut == 1 ? "s" : "");
+    for (int i = 0; i < scene->joint_count && i < LISTED_MAX; i++) {
+        const kt_graph_choice *c = &scene->joints[i];
+        if (c->body != NULL)
+            printf("  %s carries %s%s\n", c->joint, c->body, c->is_reversed ? ", its first end" : "");
+        else if (c->length == 0)
+            printf("  %s is left out: %s\n", c->joint, kt_graph_reason_words(c->reason));
+        else
+            printf("  %s closes a loop of %d joints: %s%s\n", c->joint, c->length, kt_graph_reason_words(c->reason),
+                   c->loses_start ? "; its given start is not used" : "");
+    }
+    if (scene->joint_count > LISTED_MAX)
+        printf("  and %d more\n", scene->joint_count - LISTED_MAX);
+}
+
 static void show_effects(const kt_description *description) {
     int count = description->effect_count;
     if (count > 0)
@@ -339,6 +364,7 @@ static int show_all(const kt_scene *scene, const kt_model *model, const kt_model
     putchar('\n');
     if (kt_tree_draw(model) != 0)
         code = kt_say_no_memory("the tree");
+    show_graph(scene);
     show_loops(model);
     show_effects(&scene->description);
     return code;

@@ -38,7 +38,7 @@ typedef struct kt_sdf_link {
     const kt_element *element; /* of the joint, for one between axes */
     int frame;                 /* likewise */
     const char *body;          /* its name in the scene; NULL: the world */
-    bool is_between, is_static, is_child;
+    bool is_between, is_static;
     int carrier; /* the joint that carries it in the tree; -1: none */
     int depth;   /* -1: not in the tree yet */
     int index;   /* of its body in the scene; -1: the world */
@@ -74,8 +74,6 @@ typedef struct kt_sdf {
     kt_list frames, links, joints; /* kt_sdf_frame ... */
     kt_list gears;                 /* int: frames of gearboxes */
     int *order, order_count;       /* links from the world outwards */
-    int *children, *first_child;   /* joints by their parents' links: first_child[i] to first_child[i + 1] */
-    int *owners, *first_owner;     /* likewise by their children's links */
     kt_judge judge;
 
     const kt_known_list *known; /* of the format */

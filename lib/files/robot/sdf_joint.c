@@ -109,7 +109,6 @@ static void add_sdf_joint(kt_sdf *m, int frame, kt_joint_type type, const char *
     const kt_element *physics = kt_xml_child(j->element, "physics");
     const kt_element *simbody = physics != NULL ? kt_xml_child(physics, "simbody") : NULL;
     j->is_cut = kt_sdf_flag(m, simbody, "must_be_loop_joint", false);
-    kt_sdf_link_at(m, child)->is_child = true;
 }
 
 /* The link that a joint names; -1 after reporting. */

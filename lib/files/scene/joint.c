@@ -1,5 +1,6 @@
 /* Tree joints: type, frame, initial position and velocity. */
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "kinetree/build.h"
 #include "model/relative.h"
 #include "scene/scene_part.h"
 #include "scene/vary.h"
@@ -289,6 +290,20 @@ static const kt_field fields[] = {
     {.key = "guess", .kind = &kt_kind_flag, AT(guess)},
     {.key = "limits", .kind = &kt_kind_map, .offset = 0, .detail = &limit_table, .same = same_limits},
 };
+static const kt_field graph_fields[] = {
+    {.key = "name", .kind = &kt_kind_name, AT(name), .flags = KT_FIELD_REQUIRED},
+    {.key = "type", .kind = &kt_kind_choice, AT(type), .flags = KT_FIELD_REQUIRED, .detail = &types},
+    {.key = "between", .kind = &kt_kind_ends, .offset = offsetof(kt_graph_joint, between), .flags = KT_FIELD_REQUIRED},
+    {.key = "guess", .kind = &kt_kind_flag, AT(guess)},
+    {.key = "limits", .kind = &kt_kind_map, .offset = 0, .detail = &limit_table, .same = same_limits},
+};
+_Static_assert(offsetof(kt_graph_joint, joint) == 0, "keys of a joint are read into a joint of a graph");
+const kt_table kt_graph_joint_table = {.fields = graph_fields,
+                                       .count = KT_COUNT_OF(graph_fields),
+                                       .types = &types,
+                                       .describe = describe_joint,
+                                       .kind_of = kind_of_key};
+
 const kt_table kt_joint_table = {.fields = fields,
                                  .count = KT_COUNT_OF(fields),
                                  .types = &types,

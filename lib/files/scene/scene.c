@@ -57,6 +57,7 @@ static const kt_field fields[] = {
     {.key = "inertia_check", .kind = &kt_kind_choice, AT(description.inertia_check), .detail = &limits},
     {.key = "beams", .kind = &kind_parameters},
     {.key = "bodies", .kind = &kt_kind_items, .flags = KT_FIELD_SECTION, .detail = &kt_bodies},
+    {.key = "joints", .kind = &kt_kind_joints},
     {.key = "meshes", .kind = &kt_kind_items, .flags = KT_FIELD_SECTION, .detail = &kt_meshes},
     {.key = "states", .kind = &kt_kind_states, .flags = KT_FIELD_SECTION},
     {.key = "loops", .kind = &kt_kind_items, .flags = KT_FIELD_SECTION, .detail = &kt_loops},
@@ -225,7 +226,7 @@ static void check_interval(kt_reader *r, const kt_run *run) {
 
 /* Sections whose names others use may be there under wrong keys, which the table will report. */
 static void hide_sections(kt_reader *r) {
-    static const char *const sections[] = {"bodies", "beams", "states"};
+    static const char *const sections[] = {"bodies", "joints", "beams", "states"};
     const kt_node *expressions = kt_node_find(r->root, "expressions");
     r->scene->parameters_are_hidden = kt_key_is_hidden(r, &table, r->root, "parameters");
     r->scene->hides_parameters =

@@ -366,15 +366,16 @@ static void read_body_item(kt_reader *r, const kt_scope *scope, const kt_item_re
 
 /* ---- the list ---------------------------------------------------------------------------------------------------- */
 
-static bool index_bodies(kt_reader *r, const kt_item_read *all) {
-    const kt_body *bodies = all->items;
-    if (!kt_index_bodies(&r->scratch, &r->scene->names, bodies, all->count))
+bool kt_bodies_index(kt_reader *r, const kt_body *bodies, int count) {
+    if (!kt_index_bodies(&r->scratch, &r->scene->names, bodies, count))
         return kt_reader_out_of_memory(r);
-    for (int i = 0; i < all->count; i++)
+    for (int i = 0; i < count; i++)
         if (kt_find_body(r, bodies[i].name) != i) /* one of the two may have another name */
             r->scene->names_are_doubled = true;
     return true;
 }
+
+static bool index_bodies(kt_reader *r, const kt_item_read *all) { return kt_bodies_index(r, all->items, all->count); }
 
 static void write_body_item(kt_emitter *e, const void *item, int index) {
     const kt_body rest = kt_body_default();

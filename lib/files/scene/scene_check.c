@@ -261,7 +261,7 @@ static bool is_tree_known(const kt_reader *r) {
         if (node->faulty)
             return false;
     return kt_names_are_known(r) && !kt_node_is_faulty(kt_node_find(r->root, "bodies")) &&
-           !kt_node_is_faulty(kt_node_find(r->root, "loops"));
+           !kt_node_is_faulty(kt_node_find(r->root, "joints")) && !kt_node_is_faulty(kt_node_find(r->root, "loops"));
 }
 
 /* Whether a node is a list of three zeros. */

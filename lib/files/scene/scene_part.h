@@ -6,12 +6,13 @@
 #include "model/joint_name.h"
 #include "scene/value.h"
 
-extern const kt_table kt_joint_table; /* kt_joint */
+extern const kt_table kt_joint_table;       /* kt_joint */
+extern const kt_table kt_graph_joint_table; /* kt_graph_joint */
 
 typedef struct kt_items kt_items;
 
 /* Sections, of a kt_scene; lists of items (items.c). */
-extern const kt_kind kt_kind_states, kt_kind_columns;
+extern const kt_kind kt_kind_states, kt_kind_columns, kt_kind_joints;
 extern const kt_items kt_bodies, kt_loops, kt_effects, kt_meshes;
 /* Once all else is read: checks the expressions that nothing has used, as formulas of columns. */
 void kt_expressions_check(kt_reader *r);
@@ -62,6 +63,12 @@ int kt_find_body(const kt_reader *r, const char *name);
 /* The body that a joint carries, likewise. */
 int kt_find_joint(const kt_reader *r, const char *name);
 int kt_find_marker(const kt_reader *r, int body, const char *name);
+
+/* Indexes the names of bodies that have been read, or changed. */
+bool kt_bodies_index(kt_reader *r, const kt_body *bodies, int count);
+
+/* The loops of `joints` go behind those of `loops`. Returns false if there is no memory. */
+bool kt_graph_loops_append(kt_reader *r, kt_description *description);
 
 /* The index of a loop; -1 if there is none. O(loops). */
 int kt_find_loop(const kt_description *description, const char *name);

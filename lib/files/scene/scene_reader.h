@@ -42,6 +42,9 @@ typedef struct kt_scene_reading {
 
     const kt_named_file *files; /* the last one first */
 
+    const struct kt_graph *graph; /* of `joints`; NULL: none */
+    kt_node **graph_nodes;        /* of its joints */
+
     kt_node **body_nodes, **loop_nodes, **effect_nodes, **hold_nodes,
         **state_nodes; /* as the arrays of the description */
 } kt_scene_reading;

@@ -22,6 +22,7 @@ static const kt_field loop_fields[] = {
     {.key = "name", .kind = &kt_kind_name, AT(kt_loop, name)},
     {.key = "type", .kind = &kt_kind_choice, AT(kt_loop, type), .flags = KT_FIELD_REQUIRED, .detail = &loop_types},
     {.key = "switched", .kind = &kt_kind_choice, AT(kt_loop, switching), .detail = &switchings},
+    {.key = "coordinates", .kind = &kt_kind_flag, AT(kt_loop, coordinates)},
 };
 static const kt_table loop_table = {.fields = loop_fields,
                                     .count = KT_COUNT_OF(loop_fields),
@@ -46,6 +47,10 @@ static void write_loop(kt_emitter *e, const void *item, int index) {
         kt_table_write(e, &loop_table, loop, &rest);
 }
 
+static bool finish_loops(kt_reader *r, const kt_item_read *all) {
+    return kt_graph_loops_append(r, &((kt_scene *)all->object)->description);
+}
+
 const kt_items kt_loops = {.expected = "a list of loops ('- {type: ..., between: ...}')",
                            .noun = "loop",
                            .section = "loops",
@@ -54,7 +59,8 @@ const kt_items kt_loops = {.expected = "a list of loops ('- {type: ..., between:
                            .count = offsetof(kt_scene, description.loop_count),
                            .nodes = offsetof(kt_scene_reading, loop_nodes),
                            .read = read_loop_item,
-                           .write = write_loop};
+                           .write = write_loop,
+                           .finish = finish_loops};
 
 /* ---- the initial state ------------------------------------------------------------------------------------------- */
 

@@ -52,6 +52,7 @@ struct kt_scene_variables {
     int assigned_count; /* how many follow events; the states are the first ones */
     kt_pending_binding *pending; /* while the scene is read */
     size_t pending_count, pending_room;
+    kt_node *copied;           /* while the scene is read: a number of which another item has a copy; NULL: none */
     bool is_fixed;             /* a value was made that cannot be changed */
     char where[KT_WHERE_SIZE]; /* the place of the first such value */
 };
@@ -191,15 +192,31 @@ static double *bound_place_of(const kt_bound_number *number, kt_scene *scene) {
     return number->is_offset ? (double *)(void *)((char *)scene + number->offset) : number->at;
 }
 
+/* Whether a number lies in `size` bytes from an address on, which may be released by now. */
+static bool lies_within(const kt_bound_number *number, const void *from, size_t size) {
+    const uintptr_t at = (uintptr_t)number->at, begin = (uintptr_t)from;
+    return !number->is_offset && at >= begin && at < begin + size;
+}
+
+static void move_numbers(kt_scene_variables *v, const void *from, size_t size, void *to) {
+    for (size_t i = 0; v != NULL && i < v->count; i++)
+        if (lies_within(&v->bound[i], from, size))
+            v->bound[i].at = (double *)(void *)((char *)to + ((uintptr_t)v->bound[i].at - (uintptr_t)from));
+}
+
 void kt_numbers_move(const kt_scene *scene, const void *from, size_t size, void *to) {
-    kt_scene_variables *v = scene->variables;
-    const uintptr_t begin = (uintptr_t)from;
-    for (size_t i = 0; v != NULL && i < v->count; i++) {
-        kt_bound_number *number = &v->bound[i];
-        const uintptr_t at = (uintptr_t)number->at;
-        if (!number->is_offset && at >= begin && at < begin + size)
-            number->at = (double *)(void *)((char *)to + (at - begin));
-    }
+    move_numbers(scene->variables, from, size, to);
+}
+
+void kt_varying_move(kt_reader *r, const void *from, size_t size, void *to) {
+    move_numbers(r->scene->varying, from, size, to);
+}
+
+void kt_varying_copied(kt_reader *r, const void *from, size_t size) {
+    kt_scene_variables *v = r->scene->varying;
+    for (size_t i = 0; v != NULL && i < v->count; i++)
+        if (lies_within(&v->bound[i], from, size) && v->copied == NULL)
+            v->copied = v->bound[i].node;
 }
 
 static double bound_number_value(const kt_scene_variables *v, const kt_bound_number *number, const double *values) {
@@ -251,16 +268,18 @@ void kt_varying_finish(kt_reader *r, const char *path, kt_scene *scene) {
     if (v == NULL)
         return;
     check_assignments(r, scene);
-    bool follows = v->pending_count == 0;
+    const kt_node *fixed = v->pending_count > 0 ? v->pending[0].node : v->copied;
+    bool follows = fixed == NULL;
     v->parameters = r->scene->parameter_values;
     for (size_t i = 0; i < v->count; i++) /* all: also those of a scene that has to be read anew may be set by events */
         follows = is_in_place(r, &v->bound[i], scene) && follows;
     v->is_fixed = !follows;
-    if (v->pending_count > 0)
-        kt_reader_where(r, path, v->pending[0].node->line, v->pending[0].node->column, v->where);
+    if (fixed != NULL)
+        kt_reader_where(r, path, fixed->line, fixed->column, v->where);
     else
         (void)snprintf(v->where, KT_WHERE_SIZE, "%s", path);
     v->pending = NULL;
+    v->copied = NULL;
     scene->variables = v;
 }
 

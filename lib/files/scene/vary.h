@@ -35,6 +35,13 @@ void kt_number_follows_too(kt_reader *r, double *at);
 /* The same for the items of a list. */
 void kt_numbers_follow(kt_reader *r, const kt_node *list, double *at);
 
+/* While a scene is read: the numbers in `size` bytes have moved to another place. */
+void kt_varying_move(kt_reader *r, const void *from, size_t size, void *to);
+
+/* While a scene is read: other items have copies of the numbers in `size` bytes, so that these cannot be changed
+ * without reading the scene again. */
+void kt_varying_copied(kt_reader *r, const void *from, size_t size);
+
 /* After an array of a scene has been copied to another place: moves the numbers that follow to the copy. */
 void kt_numbers_move(const kt_scene *scene, const void *from, size_t size, void *to);
 

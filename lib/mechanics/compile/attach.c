@@ -181,6 +181,10 @@ static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
         r->released = false;
         r->kind = kt_loop_kind_index(loop->type);
         r->contact = loop->holonomic;
+        if (loop->coordinates)
+            r->joint = (int32_t)kt_loop_joint_type(loop->type);
+        r->axis[0] = loop->axis;
+        r->axis[1] = loop->axis2;
         const bool off = KT_IS_OFF(loop);
         r->group = off ? -1 : 0;
         r->term_count = off ? -1 : 0;

@@ -11,6 +11,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/compile.h"
 #include "effect/effect.h"
+#include "joint/joint.h"
 #include "loop/loop.h"
 
 #include <stdio.h>
@@ -229,6 +230,9 @@ static void check_loop(kt_checker *checker, const kt_loop *loop) {
         kt_checker_keys(checker, descriptor, loop, &standard);
     if (loop->type == KT_LOOP_CUSTOM)
         check_custom_loop(checker, loop);
+    if (loop->coordinates && kt_loop_joint_type(loop->type) == KT_JOINT_FIXED)
+        kt_checker_fault(checker, "coordinates", -1,
+                         "a loop of this type stands for no joint with coordinates; leave the key out");
     check_switching(checker, loop->switching);
     check_side(checker, loop);
 }

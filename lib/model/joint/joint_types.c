@@ -27,6 +27,13 @@ void kt_joint_check(kt_checker *checker, const kt_joint *joint) {
         kind->check(checker, joint);
 }
 
+kt_joint_type kt_loop_joint_type(kt_loop_type loop) {
+    for (int type = 0; type < KT_JOINT_TYPE_COUNT; type++)
+        if (kt_joint_kinds[type]->loop == loop)
+            return (kt_joint_type)type;
+    return KT_JOINT_FIXED;
+}
+
 int kt_joint_elements(const kt_joint *joint, kt_element *elements) {
     static const kt_motion motion[KT_COORDINATE_ROTATION + 1] = {[KT_COORDINATE_ANGLE] = KT_MOTION_REVOLUTE,
                                                                  [KT_COORDINATE_TURNS] = KT_MOTION_SCREW,

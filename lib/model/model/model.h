@@ -17,7 +17,7 @@
 typedef struct kt_joint_size {
     int nq, nv;
 } kt_joint_size;
-extern const kt_joint_size kt_joint_sizes[KT_JOINT_TYPE_COUNT];
+KT_INNER extern const kt_joint_size kt_joint_sizes[KT_JOINT_TYPE_COUNT];
 
 typedef struct kt_counts {
     size_t link, body, named_joint, limit, marker, q, v, angle, text, index;

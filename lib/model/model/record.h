@@ -154,6 +154,9 @@ typedef struct kt_loop_record {
     double tension;
     size_t turn; /* where the signs with which the joints on both paths count turns begin among the numbers */
 
+    int32_t joint;   /* kt_joint_type of the coordinates that records have; 0: none */
+    kt_vec3 axis[2]; /* axes of this joint */
+
     uint32_t name;                     /* offset in the model's text */
     bool comes;                        /* it is off at first, and is switched on later */
     bool released;                     /* a contact or friction that does not act by itself at first */

@@ -7,6 +7,7 @@
 #include "evaluate/evaluate.h"
 #include "evaluate/gaps.h"
 #include "integrator/integrator.h"
+#include "kinetree/loop.h"
 #include "model/switching.h"
 #include "simulation/moreau.h"
 #include "simulation/simulation.h"
@@ -117,6 +118,13 @@ static kt_status check_run_markers(const kt_model *model, const kt_run *run, kt_
     return KT_OK;
 }
 
+static bool has_loop_coordinates(const kt_model *model) {
+    bool has_any = false;
+    for (int i = 0; i < kt_loop_count(model) && !has_any; i++)
+        has_any = kt_loop_coordinates(model, i).nq > 0;
+    return has_any;
+}
+
 static kt_status read_options(const kt_model *model, const kt_run *run, const kt_simulation_options *options,
                               kt_simulation_request *settings, kt_error *error) {
     settings->run = run != NULL ? *run : kt_run_default();
@@ -156,6 +164,8 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
                             "%s has no error estimate and cannot choose its steps; give it a step",
                             settings->method->name);
     settings->record = kt_run_record(&settings->run, model) | settings->options.record;
+    if ((settings->record & (KT_RECORD_POSITION | KT_RECORD_VELOCITY)) != 0 && has_loop_coordinates(model))
+        settings->record |= KT_RECORD_CLOSURE; /* coordinates of loops follow from the kinematics */
     if ((settings->record & KT_RECORD_ACCELERATIONS) != 0)
         return kt_massless_reject(model, "record", "its acceleration is not computed; leave accelerations out", error);
     return KT_OK;
