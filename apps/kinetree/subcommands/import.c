@@ -8,14 +8,12 @@
 
 typedef struct kt_import_arguments {
     const char *out;
-    kt_settings masses, settings; /* settings: only how robots are read, and how notes are printed */
+    kt_settings settings; /* only how robots are read, and how notes are printed */
 } kt_import_arguments;
 
 #define KT_AT(member) offsetof(kt_import_arguments, member)
 static const kt_option options[] = {
     KT_OPTION(TEXT, "out", out, "FILE.yaml", "write to this file; default: standard output"),
-    KT_OPTION(SETTING, "mass", masses, "LINK=MASS",
-              "set the mass of a link, kg; its inertia grows with it, or follows from its shapes; may be repeated"),
     KT_ROBOT_OPTIONS,
     KT_QUIET_OPTION,
     KT_VERBOSE_OPTION,
@@ -33,7 +31,7 @@ const kt_usage kt_usage_import = {
     .about = "Reads a robot in URDF, MJCF (the XML of MuJoCo) or SDF (that of Gazebo), and writes it as a scene.\n"
              "Loops, effects and settings can be added to this scene.\n"
              "Every subcommand that reads a SCENE, but sweep, also takes such a file itself.\n"
-             "These subcommands have all options of import but --out and --mass.\n"
+             "These subcommands have all options of import but --out.\n"
              "A body has the name of its link, and a joint keeps its name.\n"
              "Omissions are reported on standard error, each kind once, with the number and the first place.\n"
              "Omissions that change the motion are warnings.\n"
@@ -47,7 +45,7 @@ int kt_command_import(int argc, char **argv) {
     int code = kt_arguments_read(&kt_usage_import, argc, argv, &a, NULL);
     if (code >= 0)
         return code;
-    kt_robot_options how = {.masses = a.masses.text, .mass_count = a.masses.count};
+    kt_robot_options how = {0};
     if (!kt_robot_how_apply(&a.settings.robot, &how))
         return KT_EXIT_USAGE;
     code = kt_check_result("import", "the robot", argv[1], "--out", a.out);

@@ -168,7 +168,7 @@ static int read_names_option(const kt_usage *usage, const kt_option *option, con
     return -1;
 }
 
-static int add_setting(const kt_usage *usage, const kt_option *option, const char *text, kt_settings *settings) {
+static int add_setting(const kt_usage *usage, const kt_option *option, const char *text, kt_setting_list *settings) {
     if (strchr(text, '=') == NULL || text[0] == '=')
         return kt_misuse(
             "%s: --%s takes %s%s, not '%s'", usage->command, option->name, option->argument,

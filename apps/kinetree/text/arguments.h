@@ -17,14 +17,19 @@ typedef enum kt_option_type {
     KT_OPTION_ANGLE,     /* a finite number, in degrees if followed by "deg"; double, rad */
     KT_OPTION_COUNT,     /* a whole number, zero or more; long */
     KT_OPTION_SEVERAL,   /* a whole number above zero; long */
-    KT_OPTION_SETTING,   /* PATH=VALUE, any number of times; kt_settings */
+    KT_OPTION_SETTING,   /* PATH=VALUE, any number of times; kt_setting_list, or kt_settings, which begins with it */
     KT_OPTION_CHOICE,    /* one of the words of `choices`; int, its index among them */
 } kt_option_type;
 
 /* Values that replace those of the scene: kt_scene_options. */
 enum { KT_SETTINGS_MAX = 1024 };
-typedef struct kt_settings {
+typedef struct kt_setting_list {
     const char *text[KT_SETTINGS_MAX];
+    int count;
+} kt_setting_list;
+
+typedef struct kt_settings {
+    const char *text[KT_SETTINGS_MAX]; /* as in kt_setting_list */
     int count;
     bool is_quiet;   /* notes about parts that a reader has left out are not printed */
     bool is_verbose; /* all of them are printed */
@@ -34,8 +39,12 @@ typedef struct kt_settings {
         const char *ground, *keyframe, *search, *allow; /* NULL: none */
         int inertia;                                    /* kt_robot_inertia */
         double stops, stop_damping, density;            /* 0: none */
+        kt_setting_list masses;                         /* "LINK=MASS" */
     } robot;                                            /* how the file of a robot is read */
 } kt_settings;
+_Static_assert(offsetof(kt_settings, text) == offsetof(kt_setting_list, text) &&
+                   offsetof(kt_settings, count) == offsetof(kt_setting_list, count),
+               "settings begin with a list");
 
 typedef struct kt_option {
     const char *name; /* without the dashes */
@@ -85,6 +94,9 @@ typedef struct kt_option {
         KT_OPTION(POSITIVE, "density", settings.robot.density, "DENSITY",                                              \
                   "give links without <inertial>, and geoms of MJCF without mass and density, the mass and inertia "   \
                   "of their shapes, kg/m^3; default: none in URDF, 1000 in MJCF, and in SDF 1 kg and 1 kg m^2"),       \
+        KT_OPTION(SETTING, "mass", settings.robot.masses, "LINK=MASS",                                                 \
+                  "set the mass of a link of a robot's file, kg; its inertia grows with it, or follows from its "      \
+                  "shapes; may be repeated"),                                                                          \
         KT_ROBOT_TEXT(search, "FOLDER:FOLDER",                                                                         \
                       "find meshes of package:// and model://, and models that SDF includes, in these folders first; " \
                       "then in those of KINETREE_SEARCH, ROS_PACKAGE_PATH, GZ_SIM_RESOURCE_PATH and "                  \
