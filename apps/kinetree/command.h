@@ -38,6 +38,7 @@ typedef int kt_command_main(int argc, char **argv);
     X(plot, "draw the columns of a result: positions, energies, a phase plane")                                        \
     X(evaluate, "compute mass matrix, bias, acceleration and poses of the initial state, as JSON")                     \
     X(modes, "compute frequencies, damping and shapes of small motions; state matrices")                               \
+    X(response, "compute the frequency response to a force in a joint; Bode diagrams")                                 \
     X(equilibrium, "find the position in which a scene comes to rest, and its stability")                              \
     X(info, "show the tree of a scene, its degrees of freedom and masses")                                             \
     X(check, "find every fault of scene files")                                                                        \

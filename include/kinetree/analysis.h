@@ -279,6 +279,22 @@ KT_API const double *kt_modes_velocities(const kt_modes *modes, int mode);
  * nothing moves, the part is not scaled. Returns NULL if there are no auxiliary states. */
 KT_API const double *kt_modes_auxiliary_states(const kt_modes *modes, int mode);
 
+/* ---- frequency response ------------------------------------------------------------------------------------------ */
+
+/* The bytes of memory for kt_frequency_response. */
+KT_API size_t kt_frequency_response_size(const kt_linear_system *system);
+
+/* Computes the amplitudes of all states (states complex numbers: re, im, re, im, ...) under a force exp(i omega t) in a
+ * velocity coordinate. The force is real, so that the argument of an amplitude is its phase relative to the force. The
+ * amplitude of a coordinate or of an output follows from positions_of, velocities_of and output of the system. memory:
+ * kt_frequency_response_size bytes, aligned for numbers.
+ * Units: omega in rad/s; amplitudes for each N m or N of the force.
+ * Errors: KT_ERROR_SINGULAR if omega is the frequency of an undamped mode, KT_ERROR_ARGUMENT. *states is then
+ * unchanged.
+ * Cost: O(states^3). */
+KT_API KT_CHECKED kt_status kt_frequency_response(const kt_linear_system *system, int coordinate, double omega,
+                                                  void *memory, double *states, kt_error *error);
+
 /* ---- periodic motion --------------------------------------------------------------------------------------------- */
 
 /* A Floquet multiplier mu, an eigenvalue of the monodromy matrix. The multiplier is the factor by which a small

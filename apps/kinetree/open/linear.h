@@ -18,8 +18,10 @@ typedef struct kt_small_motion {
     kt_data *data;
     double *q, *v; /* the state of the linearisation, at t = 0 */
     kt_equilibrium equilibrium;
-    bool lacks_contacts; /* the scene has hard parts, which the model lacks */
-    bool settled;        /* q is an equilibrium found by kt_small_motion_settle */
+    bool lacks_contacts;  /* the scene has hard parts, which the model lacks */
+    bool settled;         /* q is an equilibrium found by kt_small_motion_settle or _rotate */
+    const char *rotating; /* the joint of the frame in which equilibria are; NULL: the world's */
+    bool is_repeated;     /* another value of a sweep: warnings about its state have been printed */
 } kt_small_motion;
 
 /* Rejects a model whose matrices would take many minutes, and prints the reason. Announces the time if it is above a
@@ -36,6 +38,10 @@ bool kt_small_motion_moves(const kt_small_motion *motion);
 
 /* Replaces the state by an equilibrium at rest; on failure the state is unchanged. */
 kt_status kt_small_motion_settle(kt_small_motion *motion, bool nearest, kt_error *error);
+
+/* Replaces the state by a steady rotation about the axis of a joint, with the velocity of the joint in the state
+ * before. All other joints rest relative to the rotating frame. Returns an exit code. */
+int kt_small_motion_rotate(kt_small_motion *motion, const char *joint, bool nearest);
 
 /* Linearises about the state and computes the modes. Returns an exit code. */
 int kt_small_motion_linearize(kt_small_motion *motion);

@@ -13,7 +13,7 @@
 typedef struct kt_equilibrium_arguments {
     kt_settings settings;
     bool nearest, json;
-    const char *scene;
+    const char *scene, *rotating;
 } kt_equilibrium_arguments;
 
 #define KT_AT(member) offsetof(kt_equilibrium_arguments, member)
@@ -21,6 +21,8 @@ typedef struct kt_equilibrium_arguments {
 static const kt_option options[] = {
     KT_SET_OPTION,
     KT_FLAG("nearest", nearest, "find the equilibrium nearest to the initial position, stable or not"),
+    KT_OPTION(TEXT, "rotating", rotating, "JOINT",
+              "find the equilibrium in the frame that turns with this joint at its velocity"),
     KT_OPTION(TEXT, "scene", scene, "FILE", "write the scene with the equilibrium as its initial state"),
     KT_FLAG("json", json, "print JSON"),
     KT_READER_OPTIONS,
@@ -30,7 +32,8 @@ const kt_usage kt_usage_equilibrium = {
     .command = "equilibrium",
     .examples = "  kinetree equilibrium four-bar.yaml\n"
                 "  kinetree equilibrium four-bar.yaml --scene resting.yaml && kinetree run resting.yaml\n"
-                "  kinetree equilibrium cart-pole.yaml --nearest\n",
+                "  kinetree equilibrium cart-pole.yaml --nearest\n"
+                "  kinetree equilibrium flyball-governor.yaml --rotating shaft\n",
     .operands = "SCENE",
     .about = "Follows an overdamped motion from the initial position until the scene rests, with its effects as they "
              "are at the start.\n"
@@ -165,7 +168,8 @@ static json_t *describe_equilibrium(const kt_small_motion *motion) {
 /* Writes the scene with the equilibrium as initial positions, zero velocities, and otherwise the same forces. */
 static int write_equilibrium_scene(kt_small_motion *motion, const char *path) {
     kt_error error = {0};
-    kt_status status = kt_scene_start_from(&motion->scene, motion->model, motion->q, NULL, &error);
+    const double *v = motion->rotating != NULL ? motion->v : NULL;
+    kt_status status = kt_scene_start_from(&motion->scene, motion->model, motion->q, v, &error);
     if (status == KT_OK && kt_auxiliary_state_count(motion->model) > 0)
         status =
             kt_scene_start_states(&motion->scene, kt_linearization_auxiliary_states(motion->linearization), &error);
@@ -181,7 +185,11 @@ int kt_command_equilibrium(int argc, char **argv) {
     if (code >= 0)
         return code;
     code = kt_small_motion_open(&motion, argv[1], &arguments.settings);
-    if (code == KT_EXIT_DONE) {
+    motion.rotating = arguments.rotating;
+    if (code == KT_EXIT_DONE && arguments.rotating != NULL) {
+        kt_say_left_out("equilibrium", &motion.scene);
+        code = kt_small_motion_rotate(&motion, arguments.rotating, arguments.nearest);
+    } else if (code == KT_EXIT_DONE) {
         kt_say_left_out("equilibrium", &motion.scene);
         const kt_status status = kt_small_motion_settle(&motion, arguments.nearest, &error);
         code = kt_say_status(status, &error);

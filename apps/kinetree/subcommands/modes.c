@@ -18,7 +18,8 @@ typedef struct kt_modes_arguments {
     long count, steps;
     double period, alpha, beta;
     int formulation; /* index of the choice; -1: not given */
-    const char *plot, *view;
+    const char *plot, *view, *sweep, *rotating;
+    long orders;
 } kt_modes_arguments;
 
 #define KT_FORMULATION_CHOICE "gauss|baumgarte|augmented|projection"
@@ -30,6 +31,8 @@ static const kt_option options[] = {
     KT_CHOICE("at", at, "STATE", "linearise about this state; default: rest, or the initial state if it moves",
               "initial|equilibrium"),
     KT_FLAG("nearest", nearest, "linearise about the equilibrium nearest to the initial position, stable or not"),
+    KT_OPTION(TEXT, "rotating", rotating, "JOINT",
+              "linearise about the equilibrium in the frame that turns with this joint at its velocity"),
     KT_OPTION(SEVERAL, "count", count, "N",
               "list and draw the N slowest modes that are not neutral; default: 40, and 6 drawn"),
     KT_OPTION(POSITIVE, "period", period, "S",
@@ -40,6 +43,11 @@ static const kt_option options[] = {
     KT_OPTION(POSITIVE, "alpha", alpha, "A",
               "set the first gain of --formulation baumgarte or augmented, 1/s; default: 10"),
     KT_OPTION(POSITIVE, "beta", beta, "B", "set the second gain of --formulation, 1/s; default: the first"),
+    KT_OPTION(
+        TEXT, "sweep", sweep, "PARAMETER=FROM:TO:COUNT",
+        "compute the modes for COUNT values of a parameter, or of another number of the scene; default: 41 values"),
+    KT_OPTION(SEVERAL, "orders", orders, "N",
+              "draw lines of the frequencies k PARAMETER/(2 pi), k = 1 to N, at most 3, for a parameter in rad/s"),
     KT_FLAG("json", json, "print JSON: modes with their shapes, state, input and output matrices"),
     KT_OPTION(TEXT, "plot", plot, "FILE",
               "draw the mechanism deflected in each of the slowest modes, as SVG, PNG or PDF"),
@@ -59,6 +67,11 @@ static const kt_option_rule rules[] = {
     {"formulation", false, "plot,view", "--formulation prints eigenvalues, which have no --plot and no --view"},
     {"alpha", true, "formulation", gains},
     {"beta", true, "formulation", gains},
+    {"rotating", false, "period,at",
+     "--rotating is about an equilibrium in a rotating frame; leave --period and --at out"},
+    {"sweep", false, "period,formulation,view,bars",
+     "--sweep prints a table of modes; leave --period, --formulation, --view and --bars out"},
+    {"orders", true, "sweep", NULL},
     {"bars", true, "plot", NULL},
     {"dark", true, "plot", NULL},
     {"steps", true, "period", NULL},
@@ -69,6 +82,7 @@ const kt_usage kt_usage_modes = {
     .examples = "  kinetree modes double-pendulum.yaml\n"
                 "  kinetree modes bicycle.yaml --at initial\n"
                 "  kinetree modes chain.yaml --plot shapes.svg\n"
+                "  kinetree modes hingeless-rotor.yaml --sweep speed=1:40 --orders 2 --plot campbell.svg\n"
                 "  kinetree modes cart-pole.yaml --at initial --json | jq .state_matrix\n"
                 "  kinetree modes ground-resonance.yaml --period 0.36959913571644626\n"
                 "  kinetree modes point-pendulum.yaml --formulation baumgarte --alpha 7 --beta 9\n",
@@ -78,6 +92,9 @@ const kt_usage kt_usage_modes = {
              "negative rate decays.\n"
              "Each mode also lists the joints that move most, with amplitudes relative to the first, and phases in "
              "degrees.\n"
+             "\n"
+             "--sweep computes the modes over a parameter. Curves connect modes of similar shape, and --plot draws a "
+             "Campbell diagram.\n"
              "\n"
              "--period is for a motion that repeats itself, such as that of a rotor.\n"
              "The multipliers of a period decide whether small differences grow. A linearisation at an instant does "
@@ -341,6 +358,17 @@ int kt_command_modes(int argc, char **argv) {
         (code = kt_check_ending("--view", arguments.view, ".html")) >= 0 ||
         (arguments.plot != NULL && (code = kt_plot_check(arguments.plot)) >= 0))
         return code;
+    if (arguments.sweep != NULL) {
+        const kt_modes_request request = {.at = arguments.at,
+                                          .nearest = arguments.nearest,
+                                          .json = arguments.json,
+                                          .dark = arguments.dark,
+                                          .rotating = arguments.rotating,
+                                          .count = arguments.count,
+                                          .orders = arguments.orders,
+                                          .plot = arguments.plot};
+        return kt_modes_sweep_print(arguments.sweep, argv[1], &arguments.settings, &request);
+    }
     code = kt_small_motion_open(&motion, argv[1], &arguments.settings);
     if (!isnan(arguments.period)) {
         if (code == KT_EXIT_DONE) {
@@ -351,6 +379,7 @@ int kt_command_modes(int argc, char **argv) {
         return code;
     }
     const char *state = "";
+    motion.rotating = arguments.rotating;
     if (code == KT_EXIT_DONE)
         code = kt_modes_prepare(&motion, arguments.at, arguments.nearest, &state);
     if (code == KT_EXIT_DONE) {

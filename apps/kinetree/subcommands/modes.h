@@ -21,6 +21,20 @@ enum { KT_MODES_AT_INITIAL = 0, KT_MODES_AT_EQUILIBRIUM }; /* -1: the initial st
  * Returns an exit code. */
 int kt_modes_prepare(kt_small_motion *motion, int at, bool nearest, const char **state);
 
+/* What `modes` is to compute for each value of a sweep, and to show. */
+typedef struct kt_modes_request {
+    int at;
+    bool nearest, json, dark;
+    long count;           /* modes of each value */
+    long orders;          /* lines k PARAMETER / (2 pi) of the picture, k from 1 on */
+    const char *plot;     /* NULL: no picture */
+    const char *rotating; /* as in kt_small_motion */
+} kt_modes_request;
+
+/* Computes the modes over a parameter, "PARAMETER=FROM:TO:COUNT". Returns an exit code. */
+int kt_modes_sweep_print(const char *range, const char *path, const kt_settings *settings,
+                         const kt_modes_request *request);
+
 /* Title of a mode: "2: 13.1 Hz, damping ratio 0.010". A mode that does not oscillate has its time constant instead.
  * moves: whether any body moves in the mode. */
 typedef struct kt_mode_title {

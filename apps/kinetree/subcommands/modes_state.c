@@ -13,6 +13,8 @@ static const char periodic_motion[] = "motion";
 
 static int choose_state(kt_small_motion *motion, int at, bool nearest) {
     kt_error error = {0};
+    if (motion->rotating != NULL)
+        return kt_small_motion_rotate(motion, motion->rotating, nearest);
     const bool moves = kt_small_motion_moves(motion), asked = at == KT_MODES_AT_EQUILIBRIUM || nearest;
     if (at == KT_MODES_AT_INITIAL || (moves && !asked))
         return KT_EXIT_DONE;
@@ -124,7 +126,7 @@ static bool matrix_is_constant(const kt_small_motion *motion, const kt_linear_sy
 
 static const char *name_linear_state(const kt_small_motion *motion, const kt_linear_system *system) {
     if (motion->settled)
-        return "equilibrium";
+        return motion->rotating != NULL ? "equilibrium in the rotating frame" : "equilibrium";
     if (system->speed > 1e-12) {
         const bool steady = motion_is_steady(system);
         return !steady ? "motion" : matrix_is_constant(motion, system) ? "steady motion" : periodic_motion;
@@ -181,6 +183,8 @@ int kt_modes_prepare(kt_small_motion *motion, int at, bool nearest, const char *
         return code;
     const kt_linear_system *system = kt_linearization_system(motion->linearization);
     *state = name_linear_state(motion, system);
+    if (motion->is_repeated)
+        return KT_EXIT_DONE;
     if (system->states > 0)
         warn_of_state(system, *state);
     warn_of_shapes(motion);
