@@ -198,8 +198,7 @@ static bool reject_robot_options(const char *name, const kt_settings *settings) 
     const struct kt_robot_how *how = settings != NULL ? &settings->robot : NULL;
     if (how == NULL || (!how->floating && !how->contacts && how->ground == NULL && how->keyframe == NULL &&
                         how->search == NULL && how->allow == NULL && how->inertia == 0 && how->stops == 0.0 &&
-                        how->stop_damping == 0.0 && how->density == 0.0 &&
-                        how->masses.count == 0))
+                        how->stop_damping == 0.0 && how->density == 0.0 && how->masses.count == 0))
         return false;
     kt_say("%s: --floating, --keyframe, --contacts, --ground, --stops, --stop-damping, --inertia, --density, --mass, "
            "--search and --allow are for robots in URDF, MJCF or SDF; this is a scene",

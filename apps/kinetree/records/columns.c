@@ -231,8 +231,7 @@ static bool list_all_columns(kt_columns *columns, const kt_scene *scene, const k
         const bool is_in_reactions =
             quantity->record == KT_RECORD_MULTIPLIER && (record & KT_RECORD_REACTION) != 0 && kt_loop_count(all) > 0;
         const bool is_of_loops = quantity->add == add_loop_coordinates;
-        columns->empty |=
-            columns->count == before && !is_in_reactions && !is_of_loops ? record & quantity->record : 0;
+        columns->empty |= columns->count == before && !is_in_reactions && !is_of_loops ? record & quantity->record : 0;
     }
     columns->empty |= run->marker_count == 0 ? record & (KT_RECORD_MARKER_VELOCITY | KT_RECORD_MARKER_ACCELERATION) : 0;
     columns->values = fine ? malloc(columns->count * sizeof *columns->values) : NULL;
