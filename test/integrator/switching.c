@@ -301,3 +301,29 @@ KT_TEST(fixed_steps_are_those_of_dopri5) {
     integrate_to(other, 5.0);
     kt_check_equal_bits("state", kt_integrator_state(it), kt_integrator_state(other), 4);
 }
+
+/* A spring of frequency w without damping, whose end moves slowly: q'' = w^2 (a sin t - q). On the slow motion
+ * q = a sin t / (1 - 1 / w^2) the oscillation has no part, but dopri5 is stable only up to steps of 1 / w. */
+static int follow_slowly(double t, const double *y, double *dydt, void *user) {
+    const double w = 1e6;
+    (void)user;
+    dydt[0] = y[1];
+    dydt[1] = w * w * (0.1 * sin(t) - y[0]);
+    return 0;
+}
+
+KT_TEST(an_idle_oscillation_does_not_bound_the_steps) {
+    static const double tolerances[] = {1e-6, 1e-9};
+    const double a = 0.1 / (1.0 - 1e-12), start[] = {0.0, a};
+    for (int i = 0; i < 2; i++) {
+        kt_integrator_options options = tolerance(tolerances[i], tolerances[i]);
+        options.positions = 1;
+        kt_integrator *it = integrator_start(automatic(), 2, options, follow_slowly, NULL, 0.0, start);
+        kt_integrator *other = integrator_start(kt_method_find("dopri5"), 2, options, follow_slowly, NULL, 0.0, start);
+        integrate_to(it, 0.5);
+        integrate_to(other, 0.05);
+        kt_check_below("steps", (double)kt_integrator_counts_of(it).steps, 1e4);
+        kt_check_above("steps of dopri5 for a tenth", (double)kt_integrator_counts_of(other).steps, 3e4);
+        kt_check_near("position", kt_integrator_state(it)[0], a * sin(0.5), 1e-13);
+    }
+}

@@ -45,6 +45,14 @@
  * where R = R(z) is the growth of the mode in a step of dopri5. Any other step counts -1. The motion is stiff when the
  * sum, never less than 0, is KT_RINGING_SIGNS. The 46 bundled scenes that are not stiff reach at most 6.9 of 20.
  *
+ * Oscillation without damping. dopri5 is stable on the imaginary axis up to |z| = 1, and rounding excites a mode there.
+ * The amplitude then grows until the error estimate rejects a step, and the motion takes steps of 1 / |lambda| for
+ * ever, although the oscillation is no part of the motion: it is as small as the tolerance. A step near that limit
+ * resembles one that follows an oscillation at a loose tolerance. Therefore many steps are needed, KT_IDLE_SIGNS, each
+ * with KT_IDLE_LEAST < |z| < KT_IDLE_MOST and without damping, and any other step counts -1. radau5 then needs many
+ * steps to damp the oscillation, since its own damping is weak near |z| = 2. It is not left for KT_IDLE_PHASE steps.
+ * After such a phase, the next one takes twice as many signs.
+ *
  * Back. dopri5 takes over again in three cases.
  *   - After the first step, if radau5 took over for a decay and h rho was in truth not above KT_STIFF_LEAST.
  *   - When h rho has been below KT_CALM_LIMIT for KT_WINDOW steps of radau5. dopri5 would take these, too, or two for
@@ -87,6 +95,8 @@
 #define KT_RINGING_MOST 4.5
 #define KT_RINGING_DAMPING 0.005
 #define KT_RINGING_GROWTH 1.5
+#define KT_IDLE_LEAST 0.8
+#define KT_IDLE_MOST 1.5
 #define KT_REAL_LIMIT 3.3 /* of dopri5 */
 #define KT_PARALLEL 1e-14 /* of the square of a sine: d and d_2 span no plane */
 
@@ -98,7 +108,9 @@ enum {
     KT_WATCH_PERIOD = 8,
     KT_WINDOW = 10,
     KT_LONG_PHASE = 50, /* steps of radau5 */
-    KT_POWER_STEPS = 4
+    KT_POWER_STEPS = 4,
+    KT_IDLE_SIGNS = 250, /* of the steps that are checked */
+    KT_IDLE_PHASE = 1500 /* steps of radau5 */
 };
 
 /* The cost of linear equations in evaluations, measured on mechanisms of 2 to 20 degrees of freedom. The first number
@@ -124,6 +136,8 @@ typedef struct watch {
     double price;      /* radau5: evaluations a second that dopri5 took */
     double time;       /* radau5: where the window of its steps began */
     double spent;      /* radau5: the cost of the run there, in evaluations */
+    double idle;       /* dopri5: the sum of signs of an oscillation without damping; radau5: steps before it may end */
+    double patience;   /* so many of them it takes to leave dopri5 */
 } watch;
 
 enum { WATCH_NUMBERS = sizeof(watch) / sizeof(double) };
@@ -176,7 +190,7 @@ static void switching_init(kt_integrator *it) {
 
 /* A jump does not change whether the motion is stiff. A new motion, which has no steps yet, counts as not stiff. */
 static void switching_start(kt_integrator *it) {
-    watch w = {.wanted = KT_STIFF_SIGNS};
+    watch w = {.wanted = KT_STIFF_SIGNS, .patience = KT_IDLE_SIGNS};
     if (it->memory.counts.steps > 0)
         w = *watch_of(it);
     kt_family_radau.start(it);
@@ -250,7 +264,7 @@ static difference last_difference(const kt_integrator *it) {
 }
 
 /* z = h lambda of the pair of modes that prevails in d and d_2; zero if no pair does. */
-static kt_complex fast_pair(const kt_integrator *it) {
+static kt_complex fast_pair(const kt_integrator *it, double least_rate) {
     const double *a = it->table->a, *e = it->table->e, near = fabs(it->memory.last_step) / KT_REAL_LIMIT;
     double ea[6] = {0.0}, dd[3] = {0.0}, dg[4] = {0.0}, gg = 0.0;
     for (size_t i = 1; i < 7; i++)
@@ -276,7 +290,7 @@ static kt_complex fast_pair(const kt_integrator *it) {
             dg[j] += d[j / 2] * g[j % 2];
     }
     const double area = dd[0] * dd[2] - dd[1] * dd[1];
-    if (!(area > KT_PARALLEL * dd[0] * dd[2]) || !(gg > KT_RINGING_RATE * KT_RINGING_RATE * dd[0]))
+    if (!(area > KT_PARALLEL * dd[0] * dd[2]) || !(gg > least_rate * least_rate * dd[0]))
         return (kt_complex){0.0, 0.0};
     const double half = 0.5 * (dd[2] * dg[0] - dd[1] * (dg[1] + dg[2]) + dd[0] * dg[3]) / area; /* of the trace of M */
     const double square = (dg[0] * dg[3] - dg[1] * dg[2]) / area - half * half;
@@ -294,7 +308,7 @@ static double growth(kt_complex z) {
 
 /* The contribution of the last step to the sum of a pair that rings at the limit of stability. */
 static double ringing_sign(const kt_integrator *it) {
-    const kt_complex z = fast_pair(it);
+    const kt_complex z = fast_pair(it, KT_RINGING_RATE);
     const double size = sqrt(z.re * z.re + z.im * z.im);
     const bool is_near = KT_RINGING_LEAST < size && size < KT_RINGING_MOST;
     if (!is_near || !(z.im > 0.0) || z.re > -KT_RINGING_DAMPING * size)
@@ -303,20 +317,30 @@ static double ringing_sign(const kt_integrator *it) {
     return 1.0 + KT_RINGING_GROWTH * (grows - 1.0) / (grows + 1.0);
 }
 
+/* The contribution of the last step to the sum of an oscillation without damping; 0 if no pair prevails. */
+static double idle_sign(const kt_integrator *it) {
+    const kt_complex z = fast_pair(it, KT_IDLE_LEAST);
+    const double size = sqrt(z.re * z.re + z.im * z.im);
+    const bool is_near = KT_IDLE_LEAST < size && size < KT_IDLE_MOST && fabs(z.re) < 0.1 * size;
+    return size == 0.0 ? 0.0 : is_near && z.im > 0.0 ? 1.0 : -1.0;
+}
+
 /* The cost of all steps so far, in evaluations. */
 static double cost_so_far(const kt_integrator *it) {
     const kt_integrator_counts *counts = &it->memory.counts;
     return KT_IMPLICIT_EVALUATION * (double)counts->evaluations + KT_JACOBIAN_EVALUATIONS * (double)counts->jacobians;
 }
 
-static void to_implicit(kt_integrator *it, bool rings) {
+static void to_implicit(kt_integrator *it, bool rings, bool is_idle) {
     const watch before = *watch_of(it);
     kt_family_radau.start(it);
     for (size_t i = 0; i < it->counted; i++)
         switching_vector_of(it)[i] = stage_difference(it, i);
     *watch_of(it) = (watch){.next_stiff = 1.0,
                             .wanted = before.wanted,
+                            .patience = before.patience,
                             .ringing = rings,
+                            .idle = is_idle ? KT_IDLE_PHASE : 0.0,
                             .price = (double)(kt_method_fresh(it->table)) / fabs(it->memory.last_step),
                             .time = it->memory.t,
                             .spent = cost_so_far(it)};
@@ -340,12 +364,14 @@ static void watch_explicit(kt_integrator *it) {
         w->unchecked = 0.0;
         test_decay(w, &last);
         may_ring = last.may_ring;
+        w->idle = fmax(0.0, w->idle + idle_sign(it));
     }
     if (may_ring || w->ringing > 0.0)
         w->ringing = fmax(0.0, w->ringing + ringing_sign(it));
     const bool rings = w->ringing > KT_RINGING_SIGNS * w->wanted / KT_STIFF_SIGNS;
-    if (rings || w->signs > w->wanted - 0.5) /* a decay alone counts one a step, up to rounding */
-        to_implicit(it, rings);
+    const bool is_idle = w->idle >= w->patience;
+    if (rings || is_idle || w->signs > w->wanted - 0.5) /* a decay alone counts one a step, up to rounding */
+        to_implicit(it, rings || is_idle, is_idle);
 }
 
 /* ---- is it no longer? -------------------------------------------------------------------------------------------- */
@@ -406,7 +432,8 @@ static double jacobian_radius(kt_integrator *it) {
 static void to_explicit(kt_integrator *it) {
     watch *w = watch_of(it);
     const double wanted = w->age > KT_LONG_PHASE ? KT_STIFF_SIGNS : fmin(2.0 * w->wanted, KT_SIGNS_MOST);
-    *w = (watch){.last_stiff = 1.0, .wanted = wanted};
+    const double patience = w->idle > 0.0 ? 2.0 * w->patience : w->patience;
+    *w = (watch){.last_stiff = 1.0, .wanted = wanted, .patience = patience};
     it->memory.counts.switches++;
 }
 
@@ -433,6 +460,8 @@ static void watch_implicit(kt_integrator *it) {
     w->last_stiff = 1.0;
     w->age += 1.0;
     w->signs = rate < KT_CALM_LIMIT ? w->signs + 1.0 : 0.0;
+    if (w->idle > w->age)
+        return;
     if (w->signs >= KT_WINDOW || (w->age == 1.0 && w->ringing == 0.0 && rate < KT_STIFF_LEAST) || is_dear(it, w))
         to_explicit(it);
 }
