@@ -10,6 +10,7 @@
 #include "kinetree/joint.h"
 #include "kinetree/sensitivity.h"
 #include "kinetree/study.h"
+#include "model/follow.h"
 #include "model/model.h"
 
 #include <math.h>
@@ -178,7 +179,8 @@ static int compare(kt_many *many, kt_data *data, const computation *c) {
     const kt_status all = c->together(many->batch, &error);
     for (size_t i = 0; i < KT_MANY_STATES; i++) {
         memcpy(expected, c->before + i * nv, nv * sizeof *expected);
-        kt_auxiliary_states_initial(many->model, kt_auxiliary_states(many->model, data));
+        kt_data_follow(many->own[i], data);
+        kt_auxiliary_states_initial(many->model, kt_auxiliary_states(many->own[i], data));
         const kt_status alone = c->alone(many, data, i, expected);
         note(&first, alone, i);
         if (c->take(many->batch, i, seen, NULL) != KT_OK || kt_batch_status(many->batch, i) != alone ||
@@ -249,6 +251,7 @@ static bool sensors_differ(const kt_many *many, kt_data *data, const kt_batch_se
     const size_t size = 6 * many->nv;
     double *jacobian = calloc(size + 1, sizeof *jacobian);
     bool different = false;
+    kt_data_follow(many->own[i], data);
     *status = kt_kinematics_update(many->own[i], data, many->q + i * many->nq, many->v + i * many->nv,
                                    many->a + i * many->nv, NULL);
     for (size_t k = 0; k < seen->count; k++) {
@@ -324,7 +327,7 @@ static kt_status step_semi_implicitly(kt_many *many, kt_data *data, single *s, d
         memcpy(s->q, q, nq * sizeof *q);
         memcpy(s->v, v, nv * sizeof *v);
         for (size_t k = 0; k < many->nx; k++)
-            kt_auxiliary_states(many->model, data)[k] += h * rates[k];
+            kt_auxiliary_states(s->model, data)[k] += h * rates[k];
     }
     free(a);
     return status;
@@ -336,7 +339,8 @@ static kt_status advance_alone(kt_many *many, kt_data *data, size_t i, const kt_
     s->model = many->own[i];
     s->t = many->t[i];
     s->tau = many->tau + i * many->nv;
-    kt_auxiliary_states_initial(many->model, kt_auxiliary_states(many->model, data));
+    kt_data_follow(s->model, data);
+    kt_auxiliary_states_initial(many->model, kt_auxiliary_states(s->model, data));
     memcpy(s->q, many->q + i * many->nq, many->nq * sizeof *s->q);
     memcpy(s->v, many->v + i * many->nv, many->nv * sizeof *s->v);
     for (int k = 0; k < job->steps; k++) {
@@ -361,7 +365,7 @@ static int compare_job(kt_many *many, kt_data *data, const kt_batch_job *job) {
         const kt_status alone = advance_alone(many, data, i, job, &s);
         expected[0] = s.t;
         if (nx > 0)
-            memcpy(expected + 1 + nq + nv, kt_auxiliary_states(many->model, data), nx * sizeof *expected);
+            memcpy(expected + 1 + nq + nv, kt_auxiliary_states(many->own[i], data), nx * sizeof *expected);
         note(&first, alone, i);
         if (kt_batch_get_state(many->batch, i, seen, seen + 1, seen + 1 + nq, NULL) != KT_OK ||
             kt_batch_get_auxiliary_states(many->batch, i, seen + 1 + nq + nv, NULL) != KT_OK ||

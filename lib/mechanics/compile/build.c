@@ -451,6 +451,7 @@ kt_status kt_model_build(const kt_description *description, const kt_model_optio
     if (status == KT_OK) {
         kt_masses_attach(b.model);
         kt_massless_attach(b.model);
+        kt_model_identify(b.model);
         kt_model_seal(b.model);
         *model = b.model;
     } else {

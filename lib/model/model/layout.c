@@ -47,11 +47,83 @@ static uint64_t hash_of_slips(const kt_model *model) {
     return hash;
 }
 
+static uint64_t hash_word(uint64_t hash, uint64_t word) {
+    hash = (hash ^ word) * 1099511628211U;
+    return hash ^ hash >> 29; /* a product moves bits to higher places only */
+}
+
+static uint64_t hash_numbers(uint64_t hash, const void *x, size_t bytes) {
+    for (size_t i = 0; i < bytes / sizeof(uint64_t); i++) {
+        uint64_t bits;
+        memcpy(&bits, (const char *)x + i * sizeof bits, sizeof bits);
+        hash = hash_word(hash, bits);
+    }
+    return hash;
+}
+
+static uint64_t hash_curve(uint64_t hash, const kt_curve *curve) {
+    const double numbers[] = {curve->a, curve->b, curve->c, curve->d};
+    return hash_numbers(hash_word(hash, (uint64_t)curve->type), numbers, sizeof numbers);
+}
+
+/* The numbers of a link and a body precede all other members (record.h). */
+static uint64_t hash_tree(uint64_t hash, const kt_model *model) {
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        hash = hash_numbers(hash, link, offsetof(kt_link, parent));
+        hash = hash_word(hash, (uint64_t)link->parent << 16 | (uint64_t)link->motion << 8 | link->axis);
+        if (link->rest != 0)
+            hash = hash_numbers(hash, kt_link_rest_of(link), sizeof(kt_link_rest));
+    }
+    for (size_t i = 1; i < model->n.body; i++)
+        hash = hash_numbers(hash, &model->body[i], offsetof(kt_body_record, link));
+    for (size_t i = 0; i < model->n.marker; i++)
+        hash = hash_numbers(hash, &model->marker[i].frame, sizeof(kt_pose));
+    return hash_numbers(hash, model->armature, model->n.v * sizeof *model->armature);
+}
+
+static uint64_t hash_loops(uint64_t hash, const kt_model *model) {
+    for (size_t i = 0; i < model->n.loop; i++) {
+        const kt_loop_record *loop = &model->loop[i];
+        const double numbers[] = {loop->pitch, loop->radius, loop->tube, loop->tension, loop->gain[0], loop->gain[1]};
+        hash = hash_numbers(hash, loop->frame, sizeof loop->frame);
+        hash = hash_numbers(hash_curve(hash, &loop->curve), numbers, sizeof numbers);
+    }
+    for (size_t i = 0; i < model->n.term; i++)
+        hash = hash_numbers(hash, &model->term[i].coefficient, sizeof(double));
+    return hash;
+}
+
+/* The order of effects depends on those that are on: each has a hash of its own. */
+static uint64_t hash_effects(uint64_t hash, const kt_model *model) {
+    for (size_t i = 0; i < model->n.effect + model->n.effect_off; i++) {
+        const kt_effect_record *effect = &model->effect[i];
+        uint64_t own = hash_numbers(hash_word(0, (uint64_t)effect->source), effect->frame, sizeof effect->frame);
+#define KT_HASH_NUMBER(member) own = hash_numbers(own, &effect->member, sizeof effect->member);
+        KT_EFFECT_NUMBERS(KT_HASH_NUMBER)
+        KT_HASH_NUMBER(stiffnesses)
+        KT_HASH_NUMBER(dampings)
+        KT_HASH_NUMBER(quadratics)
+#undef KT_HASH_NUMBER
+        for (size_t k = 0; k < sizeof effect->curve / sizeof *effect->curve; k++)
+            own = hash_curve(own, &effect->curve[k]);
+        hash += own;
+    }
+    return hash_numbers(hash, model->number, model->n.number * sizeof *model->number);
+}
+
+void kt_model_identify(kt_model *model) {
+    uint64_t hash = hash_numbers(14695981039346656037U, &model->gravity, sizeof model->gravity);
+    hash = hash_loops(hash_tree(hash, model), model);
+    model->constants = hash_effects(hash, model);
+}
+
 void kt_model_seal(kt_model *model) {
     model->custom = false;
     for (size_t i = 0; i < model->n.loop; i++)
         model->custom |= model->loop[i].equations != NULL;
     model->shape = shape_of(&model->n);
+    model->identity = hash_word(model->shape, model->constants);
     model->slips = model->n.slip > 0 ? hash_of_slips(model) : 0;
 }
 
@@ -101,7 +173,7 @@ void kt_data_rebind(const kt_model *model, kt_data *data) {
     data->owned = before.owned;
     data->bytes = before.bytes;
     data->followed = before.followed;
-    data->shape = model->shape;
+    data->identity = model->identity;
     kt_copy(data->x, model->v0 + model->n.v, model->n.x * sizeof *data->x);
     data->iterations = before.iterations;
     data->unconverged = before.unconverged;
@@ -125,7 +197,7 @@ kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data
         return status;
     (void)lay_out_data(memory, &model->n);
     *data = (kt_data *)memory;
-    (*data)->shape = model->shape;
+    (*data)->identity = model->identity;
     forget_kinematics(model, *data);
     kt_copy((*data)->x, model->v0 + model->n.v, model->n.x * sizeof(double));
     (*data)->bytes = size;

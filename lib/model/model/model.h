@@ -197,6 +197,8 @@ struct kt_model {
     struct kt_variants *variants; /* of models with other sets of switched loops and effects, or NULL (switching.h) */
     uint64_t set;                 /* of those that are on in this one */
     uint64_t shape;               /* of the data that belong to it: a hash of their lengths */
+    uint64_t constants;           /* a hash of the numbers with which it was compiled; copies share them */
+    uint64_t identity;            /* a hash of both, which its data have, too */
     bool custom;                  /* it has loops of the caller's */
     uint64_t slips;               /* which loops slip, their places, and the order of effects: a hash; 0: none */
     uint64_t revision;            /* how often parameters have been set */
@@ -223,6 +225,10 @@ static inline bool kt_is_massless(const kt_model *model, size_t v) {
 /* Returns the bytes of a model with these counts. If memory is not NULL, also sets the pointers of the model at
  * memory to its arrays, and its number of bytes. */
 size_t kt_model_layout(void *memory, const kt_counts *n);
+
+/* Sets the hash of the numbers of a model that has just been compiled. Data of a model with other numbers may fit by
+ * their sizes, but their poses would mix with the lengths and masses of this model. */
+void kt_model_identify(kt_model *model);
 
 /* Notes which data serve the model, whose counts and loops are final. */
 void kt_model_seal(kt_model *model);
@@ -468,7 +474,7 @@ struct kt_data {
 
 struct kt_data {
     void *owned;       /* memory of kt_data_create, or NULL */
-    uint64_t shape;    /* of its model */
+    uint64_t identity; /* of its model */
     uint64_t state;    /* kt_state_hash of the q and v that `kinematics` are of */
     bool has_external; /* external wrenches act on links, and `origin` has them */
     bool followed;     /* their owner follows where contacts close and open: evaluations do not check this */
@@ -501,8 +507,8 @@ struct kt_data {
 KT_CHECKED kt_status kt_data_init_followed(const kt_model *model, void *memory, size_t size, kt_data **data,
                                            kt_error *error);
 
-/* Whether the model or data are missing, or the data do not serve the model. Data serve the models of their shape:
- * their own, its copies, and the original of a copy. *error is then filled. */
+/* Whether the model or data are missing, or the data do not serve the model. Data serve their own model, its copies,
+ * the original of a copy, and models that were compiled from equal descriptions. *error is then filled. */
 #define KT_IS_OTHER_DATA(error, model, data)                                                                           \
     (KT_IS_MISSING(error, model, data) || kt_is_other_data(error, __func__, model, data))
 
@@ -510,7 +516,7 @@ KT_CHECKED kt_status kt_data_init_followed(const kt_model *model, void *memory, 
 void kt_other_data_report(kt_error *error, const char *call);
 
 static inline bool kt_is_other_data(kt_error *error, const char *call, const kt_model *model, const kt_data *data) {
-    const bool other = data->shape != model->shape;
+    const bool other = data->identity != model->identity;
     if (other)
         kt_other_data_report(error, call);
     return other;
@@ -518,8 +524,12 @@ static inline bool kt_is_other_data(kt_error *error, const char *call, const kt_
 
 /* Whether data belong to a model; false if either is NULL. For calls that cannot fail. */
 static inline bool kt_data_serve(const kt_model *model, const kt_data *data) {
-    return model && data && model->shape == data->shape;
+    return model && data && model->identity == data->identity;
 }
+
+/* Lets data serve another model of the same shape, for calls in which several models share one workspace. Kinematics of
+ * the model before must not be read any more. */
+static inline void kt_data_lend(const kt_model *model, kt_data *data) { data->identity = model->identity; }
 
 #endif
 

@@ -238,9 +238,12 @@ kt_status kt_batch_set_state(kt_batch *batch, size_t state, double t, const doub
 }
 
 kt_status kt_batch_set_model(kt_batch *batch, size_t state, const kt_model *model, kt_error *error) {
-    if (KT_IS_MISSING(error, batch, model) || is_other_state(batch, state, error) ||
-        KT_IS_OTHER_DATA(error, model, kt_batch_work_of(batch, 0)->data))
+    if (KT_IS_MISSING(error, batch, model) || is_other_state(batch, state, error))
         return KT_ERROR_ARGUMENT;
+    if (model->shape != batch->model->shape)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_batch_set_model",
+                            "the model is of another mechanism than the batch; take a copy of its model "
+                            "(kt_model_copy)");
     batch->own[state] = model;
     for (size_t i = 0; i < batch->n.threads; i++)
         kt_batch_work_of(batch, i)->put = NULL; /* it may be another one in the same place */

@@ -99,6 +99,7 @@ static void close_alone(kt_batch_work *w, kt_batch_group *group, size_t lane, do
     const kt_batch_counts *n = &w->batch->n;
     const size_t nq = n->width * n->nq, state = group->first + lane;
     kt_error made;
+    kt_data_lend(w->batch->own[state], w->data);
     kt_lane_take(w->stage, n->width, lane, n->nq, w->one_q);
     kt_lane_take(w->stage + nq, n->width, lane, n->nv, w->one_v);
     if (kt_state_close(w->batch->own[state], w->data, w->batch->t[state] + h, true, w->one_q, w->one_v, &made) !=

@@ -69,6 +69,7 @@ void kt_batch_fail(kt_batch_work *w, kt_batch_group *group, size_t lane, const k
 
 void kt_batch_take(kt_batch_work *w, const kt_batch_group *group, size_t lane) {
     const kt_batch_counts *n = &w->batch->n;
+    kt_data_lend(w->batch->own[group->first + lane], w->data);
     kt_lane_take(group->q, n->width, lane, n->nq, w->one_q);
     kt_lane_take(group->v, n->width, lane, n->nv, w->one_v);
     kt_lane_take(group->tau, n->width, lane, n->nv, w->one_tau);

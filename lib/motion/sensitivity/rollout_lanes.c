@@ -363,6 +363,18 @@ static void give_lane_results(const lanes_work *w, size_t lane) {
         memcpy(task->by_inputs, w->inputs + lane * w->n.steps * w->n.n, w->n.steps * w->n.n * sizeof *task->by_inputs);
 }
 
+/* The gradient of one motion, in the caller's data of `model`, which serve the model of the task for this call. */
+static kt_status find_gradient_alone(const kt_model *model, kt_data *data, void *work, size_t work_size,
+                                     kt_rollout_task *task, kt_cost *cost, kt_error *error) {
+    const kt_model *own = task_model_of(model, task);
+    if (own->shape == model->shape)
+        kt_data_lend(own, data);
+    task->status = kt_rollout_gradient(own, data, work, work_size, &task->rollout, task->q, task->v, &task->value,
+                                       task->by_start, task->by_inputs, cost, task->user, error);
+    kt_data_lend(model, data);
+    return task->status;
+}
+
 kt_status kt_rollout_gradients(const kt_model *model, kt_data *data, void *work, size_t work_size,
                                kt_rollout_task *tasks, size_t count, kt_cost *cost, kt_error *error) {
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, tasks || !count, cost))
@@ -387,10 +399,7 @@ kt_status kt_rollout_gradients(const kt_model *model, kt_data *data, void *work,
             kt_error made;
             if (task->in_lanes)
                 continue;
-            task->status =
-                kt_rollout_gradient(task_model_of(model, task), data, work, work_size, &task->rollout, task->q, task->v,
-                                    &task->value, task->by_start, task->by_inputs, cost, task->user, &made);
-            if (task->status != KT_OK && first == KT_OK) {
+            if (find_gradient_alone(model, data, work, work_size, task, cost, &made) != KT_OK && first == KT_OK) {
                 first = task->status;
                 if (error)
                     *error = made;
