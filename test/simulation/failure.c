@@ -4,6 +4,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 /* A step that must fail with this code, keep the state, and report the time and the place. */
 static void fail_step(kt_simulation *simulation, kt_status expected, const char *time, const char *joint) {
@@ -220,4 +221,77 @@ KT_TEST(state_that_is_not_finite_is_rejected_and_the_old_one_stays) {
     kt_check_equal_int("quaternion", kt_simulation_set_state(simulation, 0.0, q, v, &error), KT_ERROR_ARGUMENT);
     kt_check_equal_bits("quaternion", kt_simulation_positions(simulation) + 3, unit, 4);
     kt_check_near("time", kt_simulation_time(simulation), 2.0, 0.0);
+}
+
+/* A force of a program, which fails at one of its calls. */
+typedef struct failing {
+    long calls, at;
+} failing;
+
+static int fail_once(void *user, double t, double q, double v, double *force, kt_effect_balance *balance) {
+    failing *f = user;
+    (void)t;
+    (void)balance;
+    *force = -3.0 * sin(q) - 0.1 * v;
+    return ++f->calls == f->at ? -1 : 0;
+}
+
+/* Runs ticks of two steps and a half, with another torque in each, and repeats a tick that fails. Returns whether one
+ * has failed. */
+static bool run_ticks(const kt_model *model, const char *method, double state[2]) {
+    const kt_run run = kt_run_fixed(method, 2e-3, 1.0);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
+    kt_error error;
+    bool failed = false;
+    for (int k = 1; k <= 20; k++) {
+        const double tau = 0.1 * (k % 3);
+        (void)kt_fine("torque", kt_simulation_set_torque(simulation, &tau, &error), &error);
+        if (kt_simulation_advance(simulation, 5e-3 * k, &error) != KT_OK) {
+            failed = true;
+            (void)kt_fine("again", kt_simulation_advance(simulation, 5e-3 * k, &error), &error);
+        }
+    }
+    state[0] = kt_simulation_positions(simulation)[0];
+    state[1] = kt_simulation_velocities(simulation)[0];
+    return failed;
+}
+
+KT_TEST(methods_repeat_a_step_that_failed_with_the_same_bits) {
+    static const char *const methods[] = {"radau5", "bdf2", "two-step", "implicit-euler", "midpoint", "rk4", "dopri5",
+                                          "ab2",    "ab4",  "rkc4"};
+    failing f = {.at = -1};
+    kt_body body = kt_body_default();
+    kt_effect effect = kt_effect_default();
+    kt_description d = kt_description_default();
+    body.name = "a";
+    body.joint.type = KT_JOINT_REVOLUTE;
+    body.joint.position[0] = 0.4;
+    body.mass = 1.0;
+    body.com = kt_vec3_make(0.0, -0.4, 0.0);
+    effect.type = KT_EFFECT_CUSTOM;
+    effect.joint = "a";
+    effect.joint_force = fail_once;
+    effect.user = &f;
+    d.gravity = kt_vec3_make(0.0, -9.81, 0.0);
+    d.bodies = &body;
+    d.body_count = 1;
+    d.effects = &effect;
+    d.effect_count = 1;
+    kt_model *model = kt_scene_compile(&d);
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
+        double whole[2], state[2];
+        long different = 0, failures = 0;
+        f = (failing){.at = -1};
+        (void)run_ticks(model, methods[m], whole);
+        const long total = f.calls;
+        for (long at = 3; at <= total; at += total / 100 + 1) {
+            f = (failing){.at = at};
+            const bool failed = run_ticks(model, methods[m], state);
+            failures += failed;
+            different += failed && memcmp(state, whole, sizeof whole) != 0;
+        }
+        kt_note("%s: %ld runs with a failure", methods[m], failures);
+        kt_check_true("steps fail", failures > 10);
+        kt_check_equal_int(methods[m], (int)different, 0);
+    }
 }

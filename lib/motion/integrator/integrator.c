@@ -44,7 +44,7 @@ void kt_integrator_poison(kt_integrator *it, unsigned char byte) {
     KT_INTEGRATOR_SCRATCH(KT_ARENA_POISON)
     it->stages_known = false;
     it->dense_known = false;
-    it->matrices_known = false;
+    it->jacobian_known = it->factors_known = false;
     it->derivative_slot = -1;
 }
 
@@ -178,7 +178,7 @@ static void set_integrator_state(kt_integrator *it, const double *y) {
     memmove(it->y, y, it->sizes.n * sizeof *y);
     it->stages_known = false;
     it->dense_known = false;
-    it->matrices_known = false;
+    it->jacobian_known = it->factors_known = false;
     it->derivative_slot = -1;
 }
 

@@ -164,7 +164,8 @@ struct kt_integrator {
      * `fresh`, with the stages of that step. The two uses alternate by swapping pointers. */
     bool stages_known;       /* the slots hold the stages of the last step that its dense output needs */
     bool dense_known;        /* and they hold the stages of the dense output */
-    bool matrices_known;     /* implicit: Newton's matrices in memory are those that the history describes */
+    bool jacobian_known;     /* implicit: the Jacobian in memory is that which the history describes */
+    bool factors_known;      /* likewise the factors of Newton's matrices */
     int derivative_slot;     /* slot of f(t, y): 0, fresh, or -1 if it is in none */
     double quadrature_error; /* see kt_integrator_quadrature_error */
     uint64_t tries_end; /* the number of steps and rejected steps beyond which the present call has no more; 0: none */

@@ -13,8 +13,11 @@
  * matrix.
  *
  * Checkpoints. A checkpoint does not contain J, but the point (t_J, y_J) of its evaluation, h of the factors, and the
- * last ratio. While `matrices_known` is set, the matrices in memory are those of the history. After a failed step or a
- * restore, this flag is not set, and the matrices are computed again at (t_J, y_J), with the same bits.
+ * last ratio. While `jacobian_known` is set, J in memory is that of the history. After a restore, this flag is not set,
+ * and J is computed again at (t_J, y_J), with the same bits. A step that fails leaves J in memory, unless the step has
+ * replaced J. Then the repeated step replaces J, too, before J has an influence on the result. The factors are computed
+ * again (`factors_known`), because J and h determine their bits. J is not computed again, because other joint forces
+ * may act by now.
  *
  * If J cannot be computed, as at a singular position of loops, the J of earlier steps remains in use. Without such a J,
  * J = 0: the iteration becomes Picard's, which requires short steps.
@@ -141,7 +144,7 @@ kt_try_result kt_newton_refresh(kt_integrator *it, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     if (w->is_of_now)
         return KT_TRY_PASSED;
-    it->matrices_known = false;
+    it->jacobian_known = false;
     const kt_try_result found = compute_jacobian(it, it->memory.t, it->y, 0, result);
     if (found == KT_TRY_STOPPED)
         return found;
@@ -195,12 +198,12 @@ kt_try_result kt_newton_prepare(kt_integrator *it, bool rejected, kt_try *result
     }
     *w = (kt_newton_work){.now = *memory_of(it)};
     (void)lay_out_newton(w, it->scratch + kt_arena_round(sizeof *w), &it->sizes);
-    w->is_in_memory = it->matrices_known;
-    w->factored = it->matrices_known ? w->now.step : 0.0;
+    w->is_in_memory = it->jacobian_known;
+    w->factored = it->jacobian_known && it->factors_known ? w->now.step : 0.0;
     set_scales(it);
     if ((int)w->now.state == KT_JACOBIAN_NONE || w->now.wanted > 0.0)
         return kt_newton_refresh(it, result);
-    return it->matrices_known ? KT_TRY_PASSED : recompute(it, false, result);
+    return it->jacobian_known ? KT_TRY_PASSED : recompute(it, false, result);
 }
 
 /* ---- linear systems ---------------------------------------------------------------------------------------------- */
@@ -244,7 +247,7 @@ kt_try_result kt_newton_factor(kt_integrator *it, double h, double real, kt_comp
     h = w->now.step;
     if (w->factored == h || kt_newton_is_zero(w))
         return KT_TRY_PASSED;
-    it->matrices_known = false;
+    it->factors_known = false;
     w->factored = 0.0;
     if (factor_one(it, (kt_complex){real / h, 0.0}, result) != KT_TRY_PASSED)
         return result->result;
@@ -312,7 +315,7 @@ double kt_newton_square_of(const kt_integrator *it, const double *x, const doubl
 kt_try_result kt_newton_relinearize(kt_integrator *it, double t, const double *stage, size_t slot, double sigma,
                                     kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
-    it->matrices_known = w->is_in_memory = false; /* the matrices of the history are overwritten */
+    it->jacobian_known = w->is_in_memory = false; /* the matrices of the history are overwritten */
     w->factored = 0.0;
     if (compute_jacobian(it, t, stage, slot, result) == KT_TRY_STOPPED)
         return result->result;
@@ -539,7 +542,8 @@ void kt_newton_accept(kt_integrator *it) {
     memcpy(it->history, &w->now, sizeof w->now);
     if (w->is_of_now)
         memcpy(jacobian_point(it), it->previous_y, it->sizes.n * sizeof(double)); /* commit has exchanged them */
-    it->matrices_known = w->factored == w->now.step || kt_newton_is_zero(w);
+    it->jacobian_known = w->is_in_memory || kt_newton_is_zero(w);
+    it->factors_known = w->factored == w->now.step;
 }
 
 void kt_newton_request_jacobian(kt_integrator *it) {
