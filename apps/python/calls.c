@@ -58,24 +58,44 @@ static kt_status kt_python_apply(kt_python_loop *loop, kt_error *error) {
     return status;
 }
 
-static void kt_python_records_free(kt_python_records *records) { free(records->rows); }
+static void kt_python_records_free(kt_python_records *records) {
+    free(records->rows);
+    free(records->events);
+}
 
-static bool kt_python_make_room(kt_python_records *records) {
-    if (records->count < records->room)
+/* Makes room for one more row of `width` numbers. */
+static bool kt_python_make_room(double **rows, size_t count, size_t *room, size_t width, bool *is_short) {
+    if (count < *room)
         return true;
-    const size_t room = records->room > 0 ? 2 * records->room : 256;
-    double *rows = realloc(records->rows, room * records->width * sizeof *rows);
-    records->is_short = rows == NULL;
-    if (rows != NULL)
-        records->rows = rows, records->room = room;
-    return rows != NULL;
+    const size_t more = *room > 0 ? 2 * *room : 256;
+    double *longer = realloc(*rows, more * width * sizeof *longer);
+    *is_short = longer == NULL;
+    if (longer != NULL)
+        *rows = longer, *room = more;
+    return longer != NULL;
+}
+
+/* Adds the events that have happened at the present time: steps end at events. */
+static void kt_python_note_events(kt_python_loop *loop) {
+    kt_python_records *r = loop->records;
+    for (size_t k = 0; k < r->names && !r->is_short; k++) {
+        const uint64_t count =
+            kt_simulation_event_count(loop->simulation, kt_simulation_event_name(loop->simulation, k));
+        if (count > r->seen[k] && kt_python_make_room(&r->events, r->event_count, &r->event_room, 2, &r->is_short)) {
+            double *pair = r->events + 2 * r->event_count++;
+            pair[0] = kt_simulation_time(loop->simulation);
+            pair[1] = (double)k;
+        }
+        r->seen[k] = count;
+    }
 }
 
 /* Adds a record of the present state if its interval has passed. */
 static void kt_python_take_record(kt_python_loop *loop) {
     kt_python_records *records = loop->records;
     const double t = kt_simulation_time(loop->simulation);
-    if (!records || records->is_short || t < records->next - 1e-9 * records->interval || !kt_python_make_room(records))
+    if (!records || records->is_short || t < records->next - 1e-9 * records->interval ||
+        !kt_python_make_room(&records->rows, records->count, &records->room, records->width, &records->is_short))
         return;
     double *row = records->rows + records->count++ * records->width;
     const size_t states = records->width - 1 - loop->nv;
@@ -85,15 +105,35 @@ static void kt_python_take_record(kt_python_loop *loop) {
     records->next = records->interval > 0.0 ? (floor(t / records->interval + 1e-9) + 1.0) * records->interval : t;
 }
 
+/* kt_simulation_tick step by step, with the same bits, so that events between are noted. Advancing to the present time
+ * checks the call and begins its events. */
+static kt_status kt_python_tick_by_steps(kt_python_loop *loop, double period, kt_error *error) {
+    kt_simulation *s = loop->simulation;
+    const double end = kt_simulation_period_end(s, period);
+    if (!(end > kt_simulation_time(s)))
+        return kt_simulation_tick(s, period, error); /* which rejects the period */
+    kt_status status = kt_simulation_advance(s, kt_simulation_time(s), error);
+    kt_python_note_events(loop);
+    while (status == KT_OK && kt_simulation_stopped(s) == NULL && kt_simulation_time(s) < end) {
+        status = kt_simulation_step(s, end, error);
+        kt_python_note_events(loop);
+    }
+    return status;
+}
+
 /* A call that moves the simulation: kt_simulation_tick, kt_simulation_step or kt_simulation_advance. The watch takes
  * states before and after. */
 static int kt_python_move(kt_python_loop *loop, kt_status (*move)(kt_simulation *, double, kt_error *), double by,
                           kt_error *error) {
     kt_status status = kt_python_apply(loop, error);
+    const bool notes = loop->records && loop->records->names > 0;
     if (status == KT_OK) {
         kt_driven_begin(loop->watch);
-        status = move(loop->simulation, by, error);
+        status = notes && move == kt_simulation_tick ? kt_python_tick_by_steps(loop, by, error)
+                                                     : move(loop->simulation, by, error);
     }
+    if (notes)
+        kt_python_note_events(loop);
     if (status != KT_OK)
         return (int)status;
     if (loop->records)

@@ -60,6 +60,10 @@ typedef struct kt_python_records {
     size_t count, room, width;
     double interval, next; /* s; the time of the next record */
     bool is_short;         /* memory did not suffice */
+    size_t names;          /* number of events of the simulation; 0: their times are not noted */
+    uint64_t *seen;        /* how often each has happened */
+    double *events;        /* event_count pairs: time, s, and the index of the event */
+    size_t event_count, event_room;
 } kt_python_records;
 
 typedef struct kt_python_loop {

@@ -239,6 +239,11 @@ KT_API KT_CHECKED kt_status kt_simulation_advance(kt_simulation *simulation, dou
  * time. */
 KT_API KT_CHECKED kt_status kt_simulation_tick(kt_simulation *simulation, double period, kt_error *error);
 
+/* Returns the time at which kt_simulation_tick with this period would end, s. A program may go to this time with
+ * kt_simulation_step, and see each step of the period. Returns NaN for NULL, and if the period is not finite or not
+ * above zero. */
+KT_API double kt_simulation_period_end(const kt_simulation *simulation, double period);
+
 /* Changes the state at the present time: positions q (nq) and velocities v (nv). Either may be NULL for no change. The
  * new state is projected: quaternions get unit norm, and loops are closed. Time, counts, records and the work done
  * continue; the integrator discards stored derivatives. With a balance, lost energy counts as dissipated, and gained

@@ -67,3 +67,60 @@ def test_a_recording_is_plotted_and_changes_nothing(held, tmp_path):
     axes = recording.run().plot("position.*", "energy.total")
     axes[0].figure.savefig(tmp_path / "recording.png")
     assert (tmp_path / "recording.png").stat().st_size > 1000 and len(axes) == 2
+
+
+BALL = """kinetree: 1
+gravity: [0, 0, -9.81]
+bodies:
+  - {name: ball, joint: {type: prismatic, axis: z, position: 1}, mass: 1, shape: {type: sphere, radius: 0.1}, markers: {c: [0, 0, 0]}}
+effects:
+  - {name: floor, type: contact, point: ball.c, radius: 0.1, plane: world, restitution: 0.5}
+events:
+  - {name: half, when: position.ball < 0.5, then: record}
+simulate: {duration: 0.9}
+"""
+
+
+def test_events_of_a_recording_have_their_times(held):
+    plain, simulation = kt.Scene(BALL).simulation(step=1e-2), kt.Scene(BALL).simulation(step=1e-2)
+    for each in (plain, simulation):
+        each.on("slow", lambda at: float(at.v[0]) + 2.0, direction="falling")
+    recording = simulation.record(interval=0.1)
+    for _ in simulation:
+        pass
+    for _ in plain:
+        pass
+    held(np.abs(plain.state - simulation.state).max(), 0.0, "with and without records, to the bit")
+    times = {name: [t for t, other in recording.events if other == name] for name in ("half", "slow", "floor")}
+    touch = np.sqrt(2 * 0.9 / 9.81)
+    held(abs(times["half"][0] - np.sqrt(2 * 0.5 / 9.81)), 1e-9, "s, of a fall by 0.5 m")
+    held(abs(times["slow"][0] - 2.0 / 9.81), 1e-9, "s, of the speed 2 m/s")
+    held(abs(times["floor"][0] - touch), 1e-9, "s, of the first impact")
+    run = recording.run()
+    assert [mark["name"] for mark in run.summary["marks"]][:3] == ["slow", "half", "floor"] and not run.summary["marks_cut"]
+    assert {name: len(found) for name, found in times.items()} == {name: simulation.event_count(name) for name in times}
+
+
+def test_a_recording_is_seen_and_animated(held, tmp_path):
+    simulation = kt.Scene(BALL).simulation(step=1e-2)
+    recording = simulation.record()
+    with pytest.raises(kt.ArgumentError, match="no records"):
+        _empty(simulation).view()
+    for _ in simulation:
+        pass
+    page = recording.view(out=tmp_path / "page.html")
+    assert "<html" in page and '"half"' in page and (tmp_path / "page.html").read_text() == page and "records of recording.csv" in page
+    picture = recording.animate()
+    assert picture.startswith("<") and "animate" in picture
+    frames = pytest.importorskip("PIL.Image", reason="Pillow is not on this machine")
+    recording.animate(out=tmp_path / "ball.gif", speed=0.5)
+    with frames.open(tmp_path / "ball.gif") as film:
+        held(abs(film.n_frames - (25 * 0.9 / 0.5 + 1)), 0.0, "frames, of 25 a second at half of real time")
+        assert film.size[0] == 900
+    with pytest.raises(kt.ArgumentError, match="expected .svg, .gif, .mp4 or .webm"):
+        recording.animate(out=tmp_path / "ball.avi")
+
+
+def _empty(simulation):
+    from kinetree.recording import Recording
+    return Recording(simulation, None)

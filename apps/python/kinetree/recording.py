@@ -2,14 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
+import json
+import pathlib
+import tempfile
 from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tuple
 
 import numpy as np
 
 from ._core import ArgumentError, Array, Json, Vector, ffi, finite, lib, mistyped, text
+from .film import film
 from .model import Model
 from .records import Run
+from .results import Page, Picture
 
+_MARKS = 500  # events in a picture, as in apps/kinetree/records/marks.h
 _UNITS = {lib.KT_COORDINATE_ANGLE: "rad", lib.KT_COORDINATE_TURNS: "rad", lib.KT_COORDINATE_LENGTH: "m", lib.KT_COORDINATE_TRANSLATION: "m"}
 
 
@@ -57,7 +63,10 @@ class Recording:
         self._simulation, self.model = simulation, simulation.model
         m = self.model
         self.interval = 0.0 if interval is None else finite(interval, "interval", 0.0)
-        self._records = ffi.gc(ffi.new("kt_python_records *", {"width": 1 + m.nq + 2 * m.nv + m.nx, "interval": self.interval}), lib.kt_python_records_free)
+        self._names: List[str] = simulation.events
+        self._seen = ffi.new("uint64_t[]", [simulation.event_count(name) for name in self._names] or 1)
+        self._records = ffi.gc(ffi.new("kt_python_records *", {"width": 1 + m.nq + 2 * m.nv + m.nx, "interval": self.interval, "seen": self._seen,
+                                                               "names": len(self._names)}), lib.kt_python_records_free)
 
     @property
     def rows(self) -> Vector:
@@ -68,6 +77,14 @@ class Recording:
         count = records.count * records.width
         rows = np.frombuffer(ffi.buffer(records.rows, 8 * count), np.float64).copy() if count else np.zeros(0)
         return rows.reshape(records.count, records.width)
+
+    @property
+    def events(self) -> List[Tuple[float, str]]:
+        """The events since `Simulation.record`, as pairs of time, s, and name. Events that were added later are not among them."""
+        records = self._records
+        if records.is_short:
+            raise MemoryError("there is not enough memory for the records")
+        return [(records.events[2 * k], self._names[int(records.events[2 * k + 1])]) for k in range(records.event_count)]
 
     def _split(self) -> List[Vector]:
         m = self.model
@@ -119,8 +136,66 @@ class Recording:
             found[f"energy.{name}"] = energies[:, k]
             names.append((f"energy.{name}", "J"))
         events = {name: self._simulation.event_count(name) for name in self._simulation.events}
-        summary: Json = {"scene": m.name, "columns": {name: {"unit": unit} for name, unit in names}, "warnings": self._simulation.warnings, "events": events}
+        summary: Json = {"scene": m.name, "columns": {name: {"unit": unit} for name, unit in names}, "warnings": self._simulation.warnings, "events": events,
+                         **self._marks()}
         return Run(found, summary, "")
+
+    def _marks(self) -> Json:
+        """The times of events, as the command's summary has them."""
+        events = self.events
+        return {"marks": [{"time": t, "name": name} for t, name in events[:_MARKS]], "marks_cut": len(events) > _MARKS}
+
+    def _write(self, folder: str) -> Tuple[pathlib.Path, pathlib.Path]:
+        """Write the records and their summary for the command."""
+        m, (time, q, v, _, _) = self.model, self._split()
+        if not len(time):
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "record", "there are no records; step the simulation after `record`")
+        names = ["time", *(name for name, _ in _columns(m, "position", True)), *(name for name, _ in _columns(m, "velocity", False))]
+        records, summary = pathlib.Path(folder) / "recording.csv", pathlib.Path(folder) / "recording.json"
+        np.savetxt(records, np.concatenate([time, q, v], axis=1), fmt="%.17g", delimiter=",", header=",".join(names), comments="")
+        summary.write_text(json.dumps({"scene": m.name, **self._marks()}), encoding="utf8")
+        return records, summary
+
+    def view(self, *, out: Optional[Any] = None, **options: Any) -> Page:
+        """The page of ``kinetree view`` that plays this motion, as HTML. A notebook shows it.
+
+        Parameters
+        ----------
+        out : str or os.PathLike, optional
+            A file that keeps the page: ``.html``.
+        **options
+            Options of ``kinetree view``, such as ``boxes=True``.
+
+        Returns
+        -------
+        Page
+            The text of the page.
+        """
+        with tempfile.TemporaryDirectory() as folder:
+            records, summary = self._write(folder)
+            return Page(self.model.scene._written("view", "view", ".html", keep=out, quiet=True, records=records, marks=summary, **options))
+
+    def animate(self, *, out: Optional[Any] = None, **options: Any) -> Picture:
+        """An animation of this motion by the frames of ``kinetree draw``. A notebook shows it.
+
+        Parameters
+        ----------
+        out : str or os.PathLike, optional
+            A file that keeps the animation: ``.svg``; ``.gif``, which needs Pillow; ``.mp4`` or ``.webm``, which need ffmpeg.
+        **options
+            Options of ``kinetree draw``, such as ``speed=0.5``, ``view="iso"`` or ``names=True``.
+
+        Returns
+        -------
+        Picture
+            The text of the animated SVG; empty if `out` names another file.
+        """
+        with tempfile.TemporaryDirectory() as folder:
+            records, _ = self._write(folder)
+            if out is not None and pathlib.Path(out).suffix.lower() != ".svg":
+                film(self.model.scene, pathlib.Path(out), folder, records=records, **options)
+                return Picture()
+            return Picture(self.model.scene._written("draw", "out", ".svg", keep=out, animate=True, records=records, **options))
 
     def _energies(self, time: Vector, q: Vector, v: Vector, x: Vector) -> Vector:
         found, data = np.full((len(time), 3), np.nan), self.model.data()

@@ -228,9 +228,6 @@ KT_CHECKED kt_status kt_simulation_require_outermost(const kt_simulation *simula
  * step, or the events that a previous call did not apply. Hands their records to the recorder, unless that is NULL. */
 KT_CHECKED kt_status kt_simulation_fire(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error);
 
-/* The end of the period that begins now: start + k period, if now is start + (k - 1) period up to rounding. */
-double kt_simulation_period_end(const kt_simulation *simulation, double period);
-
 /* The part of kt_simulation_run before its first record. */
 KT_CHECKED kt_status kt_simulation_begin_run(kt_simulation *simulation, kt_error *error);
 

@@ -149,7 +149,10 @@ kt_status kt_simulation_advance(kt_simulation *simulation, double t_end, kt_erro
     return end_call(simulation, status);
 }
 
+/* start + k period, if now is start + (k - 1) period up to rounding. */
 double kt_simulation_period_end(const kt_simulation *simulation, double period) {
+    if (!simulation || !(period > 0.0) || !isfinite(period))
+        return (double)NAN;
     const kt_integrator_memory *m = kt_integrator_memory_of(simulation->integrator);
     const double k = nearbyint((m->t - m->origin) / period), tick = m->origin + k * period;
     const double rounding = 8.0 * DBL_EPSILON * fmax(fabs(m->origin), fabs(m->t));
