@@ -167,6 +167,9 @@ KT_API kt_body kt_body_default(void);
 KT_API const char *kt_joint_type_name(kt_joint_type type);
 KT_API const char *kt_shape_type_name(kt_shape_type type);
 
+/* Returns the volume of a shape, m^3; zero for points and slender rods, NaN for NULL. */
+KT_API double kt_shape_volume(const kt_shape *shape);
+
 /* Computes the com and the inertia of a body, from its shape if the body requests that (com_of_shape,
  * inertia_of_shape).
  * Errors: KT_ERROR_MODEL if the shape cannot have a mass (no solid, or a negative size). */

@@ -239,11 +239,10 @@ KT_TEST(check_warns_and_ends_well) {
         "$K check a.yaml");
     kt_expect(0, "kinetree: warning: body 'a': joint.position: 120 is in radians, 19.1 turns. Write '120 deg'",
               "$K run a.yaml --duration 0.1 --out /dev/null");
-    kt_check_true(
-        "whole numbers alone, in a run",
-        strstr(kt_shell("$K run a.yaml --set bodies.a.joint.position=120.7 --duration 0.1 --out /dev/null").err,
-               "in radians") == NULL);
     kt_check_text("ok", kt_shell("$K check a.yaml").out, "a.yaml: ok, 1 warning\n");
+    kt_shell("sed s/120/120.7/ a.yaml > later.yaml");
+    kt_check_true("whole numbers alone, in a run",
+                  strstr(kt_shell("$K run later.yaml --duration 0.1 --out /dev/null").err, "in radians") == NULL);
     kt_write_file("a.yaml", "kinetree: 1\ngravity: [0, 0, -9.81]\n"
                             "bodies: [{name: a, joint: {type: revolute, position: 720.5 deg, velocity: 1}, mass: 1,\n"
                             "  inertia: [1, 1, 1]}]\n");

@@ -452,6 +452,8 @@ static void advise_changes(kt_trials *trials, const reached *r, const int *open,
     const kt_description *d = &trials->scene->description;
     const int held = advise_on_hold(trials);
     int found = kt_say_double_motions("  ", trials->scene);
+    found += found == 0 ? kt_say_doubly_driven(trials) : 0;
+    const bool is_driven_twice = found > 0;
     const int types = r->most < NEARLY ? advise_on_types(trials, open, count) : 0;
     if (r->most <= d->tolerance)
         fputs("  gaps of this size are accepted as rounding of the data, but not where bars lie in line: such a "
@@ -459,7 +461,7 @@ static void advise_changes(kt_trials *trials, const reached *r, const int *open,
               stderr);
     for (int i = 0; i < count && found == 0; i++)
         found += advise_on_millimetres(trials, open[i]);
-    for (int i = 0; i < count; i++)
+    for (int i = 0; i < count && !is_driven_twice; i++)
         found += advise_on_axis(trials, open[i]);
     for (int i = 0; i < count && found == 0; i++)
         found += advise_on_joints(trials, open[i]);
@@ -483,7 +485,7 @@ static void advise_changes(kt_trials *trials, const reached *r, const int *open,
 
 void kt_say_open_loops(const kt_scene *scene, const kt_model *model) {
     reached r;
-    kt_trials trials = {.scene = scene, .usual = kt_trial_work(model)};
+    kt_trials trials = {.scene = scene, .usual = kt_trial_work(model), .dof = kt_model_mobility(model).minimal};
     int open[TRIED_MAX], count = 0;
     double gap[TRIED_MAX];
     const int loops = find_reached(model, &r) && !r.is_closed ? kt_loop_count(model) : 0;

@@ -21,6 +21,8 @@ typedef struct kt_trials {
     double work;  /* of the trials so far */
     int count;    /* how many were tried */
     bool ended;   /* a change was not tried, because the limit was reached */
+    int dof;      /* degrees of freedom of the scene */
+    int left;     /* those of the last change */
 } kt_trials;
 
 /* Returns the work of a trial of a model, by its sizes. */
@@ -53,6 +55,9 @@ int kt_say_double_motions(const char *before, const kt_scene *scene);
 /* Called if the positions close and the velocities contradict each other: prints the loops without which the others
  * agree. */
 void kt_say_contradicting_velocities(kt_trials *trials);
+/* Prints the pairs of drives of different joints that determine one degree of freedom: without either of them, the
+ * loops close with as many degrees of freedom. Returns their number. */
+int kt_say_doubly_driven(kt_trials *trials);
 
 /* Called after a failed assembly: prints the residual of each equation and changes that would close the loops. */
 void kt_say_open_loops(const kt_scene *scene, const kt_model *model);

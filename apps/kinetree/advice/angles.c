@@ -2,6 +2,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/angles.h"
 
+#include "base/decimal.h"
 #include "kinetree/descriptor.h"
 #include "open/load.h"
 
@@ -20,19 +21,42 @@ static bool is_doubtful_angle(double x) {
     return fabs(x) > one_turn && fabs(degrees - rint(degrees)) > 1e-6 * fabs(degrees) / 360.0;
 }
 
+/* Angles of the command line above this one are doubtful, even if they are not whole numbers, rad. */
+#define MANY 50.0
+
 /* The list of warnings, and which angles are doubtful. */
 typedef struct angles {
     kt_warnings *warnings;
     bool only_whole, is_robot;
+    const kt_settings *settings; /* of the command line; NULL: none */
     int count;
 } angles;
+
+/* Returns whether one of the settings is this number, without a unit: "bodies.arm.joint.position=57.3". */
+static bool is_setting(const kt_settings *settings, double x) {
+    for (int i = 0; settings != NULL && i < settings->count; i++) {
+        const char *number = strchr(settings->text[i], '='), *end;
+        double value;
+        if (number != NULL && kt_decimal_read(number + 1, &value, &end) && *end == '\0' && value == x)
+            return true;
+    }
+    return false;
+}
+
+/* Returns whether an angle is to be reported. In records of earlier runs, angles that are no whole numbers may have
+ * many turns. */
+static bool is_reported(const angles *a, double x) {
+    if (!isfinite(x) || !is_doubtful_angle(x))
+        return false;
+    return !a->only_whole || x == rint(x) || (fabs(x) > MANY && is_setting(a->settings, x));
+}
 
 /* Warns of an angle if it is doubtful. The format names its item and its key. Files of robots know no 'deg'. */
 static void check_radians(angles *a, double x, const char *format, ...) KT_PRINTF(3, 4);
 static void check_radians(angles *a, double x, const char *format, ...) {
     char remedy[80], what[240];
     va_list arguments;
-    if (!isfinite(x) || !is_doubtful_angle(x) || (a->only_whole && x != rint(x)))
+    if (!is_reported(a, x))
         return;
     va_start(arguments, format);
     (void)vsnprintf(what, sizeof what, format, arguments);
@@ -157,9 +181,10 @@ static void check_driven_angles(angles *a, const kt_description *d) {
     }
 }
 
-int kt_angles_warn(kt_warnings *warnings, const kt_scene *scene, bool only_whole) {
+int kt_angles_warn(kt_warnings *warnings, const kt_scene *scene, bool only_whole, const kt_settings *settings) {
     const kt_description *d = &scene->description;
-    angles a = {.warnings = warnings, .only_whole = only_whole, .is_robot = kt_is_robot_scene(scene)};
+    angles a = {
+        .warnings = warnings, .only_whole = only_whole, .is_robot = kt_is_robot_scene(scene), .settings = settings};
     for (int i = 0; i < d->body_count; i++)
         check_body_angles(&a, &d->bodies[i]);
     for (int i = 0; i < d->loop_count; i++)
@@ -179,9 +204,9 @@ int kt_angles_warn(kt_warnings *warnings, const kt_scene *scene, bool only_whole
     return a.count;
 }
 
-int kt_angles_say(const kt_scene *scene) {
+int kt_angles_say(const kt_scene *scene, const kt_settings *settings) {
     kt_warnings warnings = {.quiet = false};
-    const int count = kt_angles_warn(&warnings, scene, true);
+    const int count = kt_angles_warn(&warnings, scene, true, settings);
     kt_warnings_free(&warnings);
     return count;
 }

@@ -24,20 +24,21 @@ static bool prescribes_motion(const kt_loop *loop) {
     return loop->function.type != KT_FUNCTION_NONE && (loop->type == KT_LOOP_MOTION || loop->type == KT_LOOP_RATES);
 }
 
-/* Prints the pairs of drives of different joints that determine one degree of freedom: the loops agree without either
- * of them. */
-static void say_doubly_driven(kt_trials *trials) {
+int kt_say_doubly_driven(kt_trials *trials) {
     const kt_description *d = &trials->scene->description;
-    int listed[TRIALS], count = 0;
+    int listed[TRIALS], count = 0, found = 0;
     for (int i = 0; i < d->loop_count && count < TRIALS; i++)
-        if (prescribes_motion(&d->loops[i]) && kt_closes_without(trials, i))
+        if (prescribes_motion(&d->loops[i]) && kt_closes_without(trials, i) && trials->left == trials->dof)
             listed[count++] = i;
     for (int k = 1; k < count; k++) {
         const kt_loop *one = &d->loops[listed[0]], *other = &d->loops[listed[k]];
-        if (one->type != KT_LOOP_MOTION || other->type != KT_LOOP_MOTION || strcmp(one->joint, other->joint) != 0)
-            kt_print("  drives '%s' and '%s' determine the same degree of freedom; leave one of them out\n", one->name,
-                     other->name);
+        if (one->type == KT_LOOP_MOTION && other->type == KT_LOOP_MOTION && strcmp(one->joint, other->joint) == 0)
+            continue;
+        kt_print("  drives '%s' and '%s' determine the same degree of freedom; leave one of them out\n", one->name,
+                 other->name);
+        found++;
     }
+    return found;
 }
 
 /* Prints the loops without which the others agree. Motions of joints are tried first. */
@@ -57,6 +58,6 @@ void kt_say_contradicting_velocities(kt_trials *trials) {
         "make the rates of drives and the velocities of held joints agree\n",
         stderr);
     (void)kt_say_double_motions("  ", trials->scene);
-    say_doubly_driven(trials);
+    (void)kt_say_doubly_driven(trials);
     advise_on_contradicting_loops(trials);
 }

@@ -13,46 +13,37 @@
 /* Values behind a root, rad: the root is enclosed to rounding of the time. */
 #define JUMP 0.1
 
-enum { WATCHED_MOST = 64 };
-
-/* Returns the index of the scene's event of this name, with `until` last; -1: it does not read atan2. */
-static int find_angle_event(const kt_scene *scene, const char *name) {
-    for (int i = 0; i < kt_scene_event_room(scene) && i < WATCHED_MOST; i++) {
-        const kt_scene_event *event = i < scene->event_count ? &scene->events[i] : &scene->until;
-        if (strcmp(event->name, name) == 0)
-            return event->when != NULL && strstr(event->when, "atan2") != NULL ? i : -1;
-    }
-    return -1;
+static const kt_scene_event *event_at(const kt_scene *scene, int i) {
+    return i < scene->event_count ? &scene->events[i] : &scene->until;
 }
 
-/* Returns the value of an event's formula in the state of a record; NaN if it cannot be computed. */
-static double event_value_of(const kt_record *record) {
-    kt_data *data = NULL;
-    double value = (double)NAN;
-    if (kt_data_create(record->model, &data, NULL) == KT_OK) {
-        const kt_instant at = {
-            .model = record->model, .data = data, .t = record->t, .q = record->q, .v = record->v, .x = record->x};
-        if (record->event->function(&at, &value, NULL, record->event->user) != 0)
-            value = (double)NAN;
-    }
-    kt_data_free(data);
-    return value;
+bool kt_event_reads_angle(const kt_scene *scene, int event) {
+    const char *when = event_at(scene, event)->when;
+    return when != NULL && strstr(when, "atan2") != NULL;
+}
+
+bool kt_warn_of_event_jump(kt_warnings *warnings, const kt_scene *scene, kt_scene_watch *events,
+                           const kt_simulation *simulation, int event) {
+    const double value = kt_scene_event_value(events, simulation, event);
+    const kt_warning warning =
+        kt_warning_at("event_jump", kt_simulation_time(simulation), value, NULL,
+                      "Give the event a `direction`, or compare sin and cos: y*cos(a) - x*sin(a) has no jump");
+    if (!(fabs(value) > JUMP))
+        return false;
+    kt_warn(warnings, &warning,
+            "event '%s' has happened at a jump of atan2, from pi to -pi: its formula is %.3g there, and not zero",
+            event_at(scene, event)->name, value);
+    return true;
 }
 
 void kt_watch_event_jump(kt_outcome *outcome, const kt_record *record) {
-    const int event = record->event != NULL && record->event->function != NULL && outcome->absolute == NULL
-                          ? find_angle_event(outcome->scene, record->event->name)
-                          : -1;
-    if (event < 0 || (outcome->so_far.jumped >> event & 1U) != 0)
-        return;
-    const double value = event_value_of(record);
-    if (!(fabs(value) > JUMP))
-        return;
-    outcome->so_far.jumped |= UINT64_C(1) << event;
-    const kt_warning warning =
-        kt_warning_at("event_jump", record->t, value, NULL,
-                      "Give the event a `direction`, or compare sin and cos: y*cos(a) - x*sin(a) has no jump");
-    kt_warn(&outcome->warnings, &warning,
-            "event '%s' has happened at a jump of atan2, from pi to -pi: its formula is %.3g there, and not zero",
-            record->event->name, value);
+    const kt_scene *scene = outcome->scene;
+    const int most = kt_scene_event_room(scene) < KT_EVENTS_NOTED ? kt_scene_event_room(scene) : KT_EVENTS_NOTED;
+    for (int i = 0; i < most && record->event != NULL; i++) {
+        if (strcmp(event_at(scene, i)->name, record->event->name) != 0 || !kt_event_reads_angle(scene, i) ||
+            (outcome->so_far.jumped >> i & 1U) != 0)
+            continue;
+        if (kt_warn_of_event_jump(&outcome->warnings, scene, outcome->events, outcome->simulation, i))
+            outcome->so_far.jumped |= UINT64_C(1) << i;
+    }
 }

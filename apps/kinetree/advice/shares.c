@@ -171,18 +171,35 @@ static void warn_of_redundancy(kt_outcome *outcome) {
             list.text, list.count > 1 ? "are" : "is", first->length);
 }
 
-/* Loops whose reactions are recorded, in groups that are too large. */
+/* Returns whether an event or a column of the scene reads a component of the reaction of a loop. */
+static bool scene_reads_loop(const kt_outcome *outcome, int loop) {
+    for (int k = 0; k < 7; k++) {
+        char name[160];
+        (void)snprintf(name, sizeof name, "reaction.%.100s.%s", kt_loop_name(outcome->model, loop), components[k]);
+        if (scene_reads(outcome->scene, name))
+            return true;
+    }
+    return false;
+}
+
+/* Returns whether a column has the reaction of a loop. */
+static bool records_loop(const kt_outcome *outcome, int loop) {
+    const kt_columns *columns = outcome->columns;
+    for (size_t i = 0; i < columns->count; i++)
+        if ((columns->columns[i].source == KT_COLUMN_LOOP_REACTION ||
+             columns->columns[i].source == KT_COLUMN_MULTIPLIER) &&
+            columns->columns[i].index == loop)
+            return true;
+    return false;
+}
+
+/* Names loops in groups that are too large, if their reactions are recorded or read. */
 static void warn_of_large_groups(kt_outcome *outcome) {
     name_list list = {.count = 0};
-    int last = -1, k;
-    for (size_t i = 0; i < outcome->columns->count; i++) {
-        const kt_column *column = &outcome->columns->columns[i];
-        const kt_reaction_share *share = share_of(outcome, column, &k);
-        if (share == NULL || !share->is_too_large || column->index == last)
-            continue;
-        last = column->index;
-        add_name(&list, kt_loop_name(outcome->model, last));
-    }
+    for (size_t i = 0; i < outcome->shares.loops; i++)
+        if (outcome->shares.of[outcome->shares.bodies + i].is_too_large &&
+            (records_loop(outcome, (int)i) || scene_reads_loop(outcome, (int)i)))
+            add_name(&list, kt_loop_name(outcome->model, (int)i));
     end_names(&list);
     const kt_warning warning = kt_warning_of("shared_reaction", (double)list.count, NULL,
                                              "Do not use forces and moments that the balance of forces leaves open");

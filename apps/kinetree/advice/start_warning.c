@@ -41,11 +41,41 @@ static void warn_of_jumps(kt_outcome *outcome) {
                 "the speed of loop '%s' jumps at a row of its table, or at a branch of its formula", loop);
 }
 
+/* Notes the events whose values are on the side of zero to which they lead, at the start. */
+static void note_held_events(kt_outcome *outcome) {
+    const kt_scene *scene = outcome->scene;
+    for (int i = 0; i < kt_scene_event_room(scene) && i < KT_EVENTS_NOTED; i++) {
+        const kt_direction to = i < scene->event_count ? scene->events[i].direction : scene->until.direction;
+        const double value =
+            to != KT_DIRECTION_EITHER ? kt_scene_event_value(outcome->events, outcome->simulation, i) : 0.0;
+        if (to == KT_DIRECTION_RISING ? value > 0.0 : value < 0.0)
+            outcome->so_far.held |= UINT64_C(1) << i;
+    }
+}
+
+static bool held_at_start(const kt_outcome *outcome, int event) {
+    return event < KT_EVENTS_NOTED && (outcome->so_far.held >> event & 1U) != 0;
+}
+
+/* An event that has not happened seems to lie beyond the motion, although its condition has held all the time. */
+void kt_warn_of_held_events(kt_outcome *outcome) {
+    const kt_warning warning = kt_warning_of("event_holds", (double)NAN, NULL,
+                                             "Reverse the comparison, or let the run begin where it is false");
+    for (int i = 0; i < outcome->scene->event_count; i++) {
+        const kt_scene_event *event = &outcome->scene->events[i];
+        if (held_at_start(outcome, i) && kt_simulation_event_count(outcome->simulation, event->name) == 0)
+            kt_warn(&outcome->warnings, &warning,
+                    "event '%s' has not happened: its condition is true from the start, and an event is the change to "
+                    "true: %s",
+                    event->name, event->when);
+    }
+}
+
 /* Warns if the run cannot end by its condition before that has ceased to hold. */
 static void warn_of_until(kt_outcome *outcome) {
     const kt_warning warning = kt_warning_of("until_holds", (double)NAN, NULL,
                                              "Reverse the comparison, or let the run begin where it is false");
-    if (kt_scene_until_holds(outcome->events, outcome->simulation))
+    if (outcome->scene->until.when != NULL && held_at_start(outcome, outcome->scene->event_count))
         kt_warn(&outcome->warnings, &warning,
                 "`until: %s` is true at the start, and ends the run only when it becomes true again",
                 outcome->scene->until.when);
@@ -93,10 +123,12 @@ void kt_report_start(kt_outcome *outcome, bool quiet) {
     warn_of_long_step(outcome);
     warn_of_many_records(outcome);
     warn_of_jumps(outcome);
+    note_held_events(outcome);
     warn_of_until(outcome);
     warn_of_impacts_at_start(outcome);
     warn_of_gravity(outcome);
-    (void)kt_angles_warn(&outcome->warnings, outcome->scene, true);
+    (void)kt_angles_warn(&outcome->warnings, outcome->scene, true, outcome->settings);
+    (void)kt_plausible_warn(&outcome->warnings, outcome->scene, 10.0);
     (void)kt_idle_warn(&outcome->warnings, outcome->scene);
     (void)kt_slender_warn(&outcome->warnings, outcome->scene);
     (void)kt_column_units_warn(&outcome->warnings, outcome->scene, outcome->model);

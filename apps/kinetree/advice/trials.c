@@ -44,9 +44,8 @@ bool kt_closes_to(kt_trials *trials, const kt_description *description, int *lef
 }
 
 bool kt_closes_described(kt_trials *trials, const kt_description *description) {
-    int left;
     bool disagrees;
-    return kt_closes_to(trials, description, &left, &disagrees);
+    return kt_closes_to(trials, description, &trials->left, &disagrees);
 }
 
 void kt_say_trials_ended(const kt_trials *trials) {

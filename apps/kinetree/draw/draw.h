@@ -48,6 +48,10 @@ double kt_drawing_grain(const kt_drawing *drawing);
  * kt_plot_check. */
 int kt_drawing_write(const kt_drawing *drawing, const char *path);
 
+/* Writes each state as a picture of its own, laid out as the whole: FILE-0001.png, FILE-0002.png, ... for FILE.png.
+ * Returns an exit code as above. */
+int kt_drawing_write_frames(const kt_drawing *drawing, const char *path);
+
 /* Which paths a frame has: none, or all of each path behind the solids, or all of each path in front of them. */
 typedef enum kt_path_layer { KT_PATHS_NONE, KT_PATHS_BEHIND, KT_PATHS_BEFORE } kt_path_layer;
 

@@ -2,6 +2,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "draw/paper.h"
 #include "picture/solid.h"
+#include "records/output.h"
 
 #include "command.h"
 
@@ -381,6 +382,20 @@ int kt_drawing_write(const kt_drawing *drawing, const char *path) {
     if (!fine)
         kt_say("there is not enough memory for the picture");
     return fine ? code : KT_EXIT_INTEGRATION;
+}
+
+int kt_drawing_write_frames(const kt_drawing *drawing, const char *path) {
+    const int stem = (int)kt_stem_length(path, ".png");
+    const layout l = lay_out_page(drawing);
+    char name[4096];
+    bool fine = true;
+    int code = KT_EXIT_DONE;
+    for (int state = 0; state < drawing->state_count && code == KT_EXIT_DONE; state++) {
+        const page p = {drawing, state, KT_PATHS_BEHIND, l, &fine, NULL};
+        (void)snprintf(name, sizeof name, "%.*s-%04d.png", stem, path, state + 1);
+        code = kt_paper_write(name, WIDTH, l.height, paint_page, &p);
+    }
+    return fine ? code : kt_say_no_memory("the picture");
 }
 
 /* NOLINTNEXTLINE(readability-non-const-parameter): the sheets write it */

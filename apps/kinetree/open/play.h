@@ -1,4 +1,5 @@
-/* The simulation of a scene with all the scene's settings for its run: the formulation, the events, `until`.
+/* The simulation of a scene with all the scene's settings for its run: the formulation, the events, `until`. Or a
+ * motion that has been recorded, in the place of a simulation.
  *
  *     kt_play play;
  *     status = kt_play_start(&play, &scene, model, absolute, &error);
@@ -14,6 +15,7 @@
 
 #include "command.h"
 #include "kinetree/analysis.h"
+#include "open/recorded.h"
 
 #include <stdbool.h>
 
@@ -25,11 +27,16 @@ kt_status kt_simulate_scene(const kt_scene *scene, const kt_model *model, const 
                             const kt_absolute *absolute, kt_simulation_options *options, kt_simulation **simulation,
                             kt_scene_watch **events, kt_error *error);
 
-/* A simulation that is shown at times of the caller's choice. */
+/* A motion that is shown at times of the caller's choice. */
 typedef struct kt_play {
+    const kt_scene *scene;
     const kt_model *model;
-    kt_simulation *simulation;
+    kt_simulation *simulation; /* NULL: the motion is recorded */
+    kt_recorded *recorded;     /* the caller's; NULL: it is simulated */
+    double time;               /* s, of the state that is shown, if it is recorded */
+    double *q;                 /* its positions */
     kt_scene_watch *events;
+    uint64_t angles;       /* events of the scene, as bits, whose formulas read atan2 and have not jumped yet */
     double ended;          /* s, when an event ends the run; NaN: none does, or the end is not found yet */
     const char *ended_by;  /* its name, "until" for the condition of the scene; NULL: none */
     bool is_over;          /* that event has happened: the simulation stays where it is */
@@ -41,6 +48,9 @@ typedef struct kt_play {
 kt_status kt_play_start(kt_play *play, const kt_scene *scene, const kt_model *model, const kt_absolute *absolute,
                         kt_error *error);
 void kt_play_end(kt_play *play);
+/* Likewise, of records, which must outlive the play. */
+kt_status kt_play_start_recorded(kt_play *play, const kt_scene *scene, const kt_model *model, kt_recorded *recorded,
+                                 kt_error *error);
 
 /* Advances to a time, or to the event that ends the run before it; there the simulation stays. */
 kt_status kt_play_to(kt_play *play, double time, kt_error *error);

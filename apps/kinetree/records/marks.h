@@ -56,6 +56,9 @@ struct json_t *kt_marks_save(const kt_marks *marks);
 /* Reads the marks of an object of kt_marks_describe or kt_marks_save, which may have other members. Returns false if
  * the object has no valid marks. Ownership: takes a reference to the object; kt_marks_free releases it. */
 bool kt_marks_read(kt_marks *marks, struct json_t *object);
+/* Reads the marks of a summary, and the name of its scene unless `name` is NULL. command: for messages. Returns -1, or
+ * an exit code after printing the error. */
+int kt_marks_load(const char *path, const char *command, kt_marks *marks, char *name, size_t size);
 void kt_marks_free(kt_marks *marks);
 
 /* Returns the note for a subtitle: "", or the number of marked events if there were more. */

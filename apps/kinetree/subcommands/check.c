@@ -261,7 +261,8 @@ static int check_start(check *c) {
     check_mobility(c);
     check_gravity(c);
     check_axis_inertia(c);
-    c->warnings += kt_angles_warn(&warnings, c->scene, false);
+    c->warnings += kt_angles_warn(&warnings, c->scene, false, NULL);
+    c->warnings += kt_plausible_warn(&warnings, c->scene, 1.0);
     check_meshes(c);
     c->warnings += kt_idle_warn(&warnings, c->scene);
     c->warnings += kt_slender_warn(&warnings, c->scene);

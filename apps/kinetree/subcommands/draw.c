@@ -29,7 +29,7 @@ enum {
 
 typedef struct kt_draw_arguments {
     kt_settings settings;
-    const char *out, *view, *at, *trace;
+    const char *out, *view, *at, *trace, *records;
     long strobe;  /* -1: not given */
     double until; /* s; 0: the duration of the scene */
     double speed; /* of an animation, times real time; 0: 1 */
@@ -47,7 +47,10 @@ static const kt_option options[] = {
         "degrees, from the front to the right and up; default: the plane of a planar mechanism, else from 25 above"),
     KT_OPTION(TEXT, "at", at, "T,...", "draw the states at these times of a run, side by side, s"),
     KT_OPTION(COUNT, "strobe", strobe, "N", "draw N states of a run over each other, earlier ones paler"),
-    KT_FLAG("animate", animate, "write an SVG that plays the run again and again, light or dark as its page"),
+    KT_OPTION(TEXT, "records", records, "FILE", "show the motion of these records (CSV, HDF5) instead of a run"),
+    KT_FLAG("animate", animate,
+            "write an SVG that plays the run again and again, light or dark as its page; or with --out FILE.png, its "
+            "frames: FILE-0001.png, FILE-0002.png, ..."),
     KT_OPTION(POSITIVE, "speed", speed, "X", "play --animate at X times real time; default: 1"),
     KT_OPTION(POSITIVE, "until", until, "T",
               "end --strobe, --trace and --animate at this time, s; default: the duration of the scene"),
@@ -76,7 +79,9 @@ const kt_usage kt_usage_draw = {
                 "  kinetree draw robot.yaml --axes --names --view iso --out robot.png\n"
                 "  kinetree draw pendulum.yaml --strobe 12 --until 0.8 --trace lower.tip\n"
                 "  kinetree draw four-bar.yaml --at 0,0.5,1,1.5\n"
-                "  kinetree draw four-bar.yaml --animate --until 2 --trace coupler.tip\n",
+                "  kinetree draw four-bar.yaml --animate --until 2 --trace coupler.tip\n"
+                "  kinetree draw four-bar.yaml --animate --out frame.png && ffmpeg -framerate 25 -i frame-%04d.png "
+                "f.mp4\n",
     .operands = "SCENE",
     .about = "Draws shapes, joints, loops, springs, markers and planes to scale.\n"
              "A body without a shape is drawn as thin rods between its joints, with a ball at its centre of mass.\n"
@@ -100,6 +105,7 @@ typedef struct motion {
     kt_data *data;
     double *q, *v;
     kt_play play;
+    kt_recorded recorded;        /* of --records */
     kt_picture *picture, *shown; /* of all, and at each state; NULL: nothing is ever released */
     uint64_t released[FRAMES_MOST + 1];
     double times[FRAMES_MOST + 1];
@@ -143,6 +149,16 @@ static double film_speed_of(const kt_draw_arguments *arguments) {
     return arguments->speed > 0.0 ? arguments->speed : 1.0;
 }
 
+/* Returns the number of pictures of an animation of this length in seconds. */
+static int count_pictures(double seconds) {
+    return (int)fmin(fmax(rint(FRAME_RATE * seconds), 1.0), (double)FRAMES_MOST) + 1;
+}
+
+/* Returns whether the frames of --animate are pictures of their own. */
+static bool makes_pictures(const kt_draw_arguments *arguments, const char *path) {
+    return arguments->animate && kt_stem_length(path, ".png") > 0;
+}
+
 /* Returns the number of frames of an animation of this length in seconds. */
 static int count_frames(double seconds) {
     const double units = ceil(FRAME_RATE * fmin(seconds, FRAMES_MOST) / FRAME_UNIT);
@@ -150,15 +166,17 @@ static int count_frames(double seconds) {
 }
 
 /* Chooses the times of all states. Returns -1, or an exit code after printing the error. */
-static int choose_times(const kt_draw_arguments *arguments, motion *m, double until) {
+static int choose_times(const kt_draw_arguments *arguments, const char *path, motion *m, double until) {
     if (arguments->strobe == 0 || arguments->strobe > STATES_MOST)
         return kt_misuse("draw: --strobe takes a number of states from 1 up to %d, not %ld", STATES_MOST,
                          arguments->strobe);
     if (arguments->at != NULL)
         return read_times(arguments->at, m);
-    m->state_count = arguments->animate      ? count_frames(until / film_speed_of(arguments))
-                     : arguments->strobe > 0 ? (int)arguments->strobe
-                                             : 1;
+    const double seconds = until / film_speed_of(arguments);
+    m->state_count = makes_pictures(arguments, path) ? count_pictures(seconds)
+                     : arguments->animate            ? count_frames(seconds)
+                     : arguments->strobe > 0         ? (int)arguments->strobe
+                                                     : 1;
     lay_times(m, until);
     return -1;
 }
@@ -177,7 +195,8 @@ static kt_status take_drawn_state(motion *m, int state, kt_error *error) {
     kt_status status = kt_play_to(&m->play, m->times[state], error);
     if (status == KT_OK)
         status = kt_play_poses(&m->play, m->poses + (ptrdiff_t)state * kt_model_body_count(m->model), error);
-    m->released[state] = kt_released_set(&m->scene, m->play.simulation);
+    if (m->play.simulation != NULL)
+        m->released[state] = kt_released_set(&m->scene, m->play.simulation);
     if (m->play.is_over)
         m->times[state] = fmin(m->times[state], m->play.ended);
     return status;
@@ -215,9 +234,13 @@ static void cut_times(motion *m, double end) {
     int kept = 0;
     for (int i = 0; i < m->state_count && (i == 0 || m->times[i - 1] < end); i++)
         kept = i + 1;
-    kt_say("draw: --at %.6g: the run ends at t = %.6g s, by %s'%s': the last state is the one at its end",
-           m->times[m->state_count - 1], end, strcmp(m->play.ended_by, "until") == 0 ? "" : "event ",
-           kt_show(m->play.ended_by).text);
+    if (m->recorded.count > 0)
+        kt_say("draw: --at %.6g: the records end at t = %.6g s: the last state is the one at their end",
+               m->times[m->state_count - 1], end);
+    else
+        kt_say("draw: --at %.6g: the run ends at t = %.6g s, by %s'%s': the last state is the one at its end",
+               m->times[m->state_count - 1], end, strcmp(m->play.ended_by, "until") == 0 ? "" : "event ",
+               kt_show(m->play.ended_by).text);
     m->state_count = kept;
     m->times[kept - 1] = end;
 }
@@ -226,7 +249,9 @@ static void cut_times(motion *m, double end) {
 static kt_status simulate_states(motion *m, const kt_draw_arguments *arguments, double limit, kt_error *error) {
     const double duration = m->scene.run.duration;
     double end = limit;
-    kt_status status = kt_play_start(&m->play, &m->scene, m->model, m->absolute, error);
+    kt_status status = m->recorded.count > 0
+                           ? kt_play_start_recorded(&m->play, &m->scene, m->model, &m->recorded, error)
+                           : kt_play_start(&m->play, &m->scene, m->model, m->absolute, error);
     if (status == KT_OK)
         status = kt_play_find_end(&m->play, limit, &end, error);
     if (status != KT_OK)
@@ -235,7 +260,7 @@ static kt_status simulate_states(motion *m, const kt_draw_arguments *arguments, 
         lay_times(m, end);
     else if (end < limit)
         cut_times(m, end);
-    if (end == limit && limit > duration)
+    if (end == limit && limit > duration && m->recorded.count == 0)
         kt_say("draw: --%s %.6g is after the end of the scene's run, %.6g s (simulate.duration): the motion goes on "
                "from there",
                arguments->at != NULL ? "at" : "until", limit, duration);
@@ -335,8 +360,13 @@ static int write_moving(motion *m, const kt_draw_arguments *arguments, const cha
     const double seconds = m->times[m->state_count - 1] / film_speed_of(arguments);
     name_states(m, arguments, false, view, subtitle, sizeof subtitle);
     drawing->subtitle = subtitle;
-    const int code = kt_animation_write(drawing, seconds, path, &frames, &bytes);
+    const bool has_pictures = makes_pictures(arguments, path);
+    const int code = has_pictures ? kt_drawing_write_frames(drawing, path)
+                                  : kt_animation_write(drawing, seconds, path, &frames, &bytes);
     drawing->subtitle = NULL; /* its memory ends here */
+    if (has_pictures && code == KT_EXIT_DONE)
+        kt_say("frames: %.*s-0001.png to -%04d.png, %.6g a second", (int)kt_stem_length(path, ".png"), path,
+               m->state_count, (m->state_count - 1) / seconds);
     if (code == KT_EXIT_DONE && bytes > KT_ANIMATION_BYTES)
         kt_say(
             "%s has %zu kB with %d frames in %.4g s, more than the %d kB that pages load at once: a shorter --until%s "
@@ -438,11 +468,25 @@ static bool allocate_motion(motion *m) {
     return m->q != NULL && m->v != NULL && m->poses != NULL && m->paths != NULL && m->points != NULL;
 }
 
+/* Counts the times of records from the first one, as those of a run. Returns the last one. */
+static double begin_at_zero(kt_recorded *recorded) {
+    const double first = recorded->time[0];
+    if (first != 0.0)
+        kt_say("draw: --records begins at t = %.6g s: times of the picture count from there", first);
+    for (size_t i = 0; i < recorded->count; i++)
+        recorded->time[i] -= first;
+    return recorded->time[recorded->count - 1];
+}
+
 static int draw_scene(motion *m, const kt_draw_arguments *arguments, const char *path) {
     kt_error error = {0};
     kt_run run = m->scene.run;
-    const double until = arguments->until > 0.0 ? arguments->until : run.duration;
-    int code = choose_times(arguments, m, until);
+    int code = arguments->records != NULL ? kt_recorded_open(&m->recorded, arguments->records, m->model) : -1;
+    if (code > 0)
+        return code;
+    const double last = m->recorded.count > 0 ? begin_at_zero(&m->recorded) : run.duration;
+    const double until = arguments->until > 0.0 ? arguments->until : last;
+    code = choose_times(arguments, path, m, until);
     if (code < 0)
         code = kt_run_override_markers("draw: --trace", arguments->trace, m->model, &run, &m->markers);
     if (code >= 0)
@@ -453,7 +497,9 @@ static int draw_scene(motion *m, const kt_draw_arguments *arguments, const char 
     const kt_status status = kt_data_create(m->model, &m->data, &error);
     if (status != KT_OK)
         return kt_say_status(status, &error);
-    code = kt_start_assemble(&m->scene, m->model, m->data, m->q, m->v);
+    code = m->recorded.count > 0 ? KT_EXIT_DONE : kt_start_assemble(&m->scene, m->model, m->data, m->q, m->v);
+    if (m->recorded.count > 0)
+        kt_recorded_positions(&m->recorded, m->model, 0.0, m->q);
     if (code == KT_EXIT_ASSEMBLY)
         return draw_open(m, arguments, path);
     const double end = arguments->at != NULL ? m->times[m->state_count - 1] : until;
@@ -464,6 +510,7 @@ static void release_motion(motion *m) {
     kt_shown_free(m->shown, m->shown_count);
     kt_picture_free(m->picture);
     kt_play_end(&m->play);
+    kt_recorded_close(&m->recorded);
     kt_data_free(m->data);
     kt_absolute_free(m->absolute);
     kt_model_free(m->model);
@@ -489,7 +536,7 @@ int kt_command_draw(int argc, char **argv) {
     const char *path = arguments.out != NULL ? arguments.out : own;
     code = kt_check_result("draw", "the scene", argv[1], "--out", path);
     code = code < 0 ? kt_plot_check(path) : code;
-    if (code < 0 && arguments.animate)
+    if (code < 0 && arguments.animate && !makes_pictures(&arguments, path))
         code = kt_check_ending("--animate: --out", path, ".svg");
     motion m = {.state_count = 0};
     char replaced[600] = "";
@@ -506,7 +553,7 @@ int kt_command_draw(int argc, char **argv) {
             code = m.name != NULL ? draw_scene(&m, &arguments, path) : kt_say_no_memory("the picture");
         release_motion(&m);
     }
-    if (code == KT_EXIT_DONE)
+    if (code == KT_EXIT_DONE && !makes_pictures(&arguments, path))
         kt_say_written("picture", path, bodies == 1 ? ", which is empty: the scene has no bodies" : "", replaced);
     free(base);
     return code;

@@ -303,31 +303,6 @@ static int add_phase(kt_chart *chart, const char *joint, char *title, size_t siz
 
 /* ---- marks ------------------------------------------------------------------------------------------------------- */
 
-static int say_no_marks(const char *path) {
-    return kt_reject(KT_EXIT_SCENE,
-                     "plot: --marks: %s has none: it takes the file of 'kinetree run SCENE --summary FILE' for a scene "
-                     "with events, hard contacts, slack ropes or friction that sticks",
-                     path);
-}
-
-/* Reads the marks of a summary, and the name of its scene. Returns -1, or an exit code after printing the error. */
-static int read_marks(const char *path, kt_marks *marks, char *name, size_t size) {
-    kt_error error = {0};
-    char *text = NULL;
-    size_t length = 0;
-    if (kt_input_read(path, &kt_input_summary, &text, &length, &error) != KT_OK)
-        return kt_reject(KT_EXIT_SCENE, "plot: --marks: %s", kt_words_of(&error).text);
-    json_t *root = kt_input_json(path, text, length, "summary");
-    free(text);
-    if (root == NULL)
-        return KT_EXIT_SCENE;
-    const bool fine = kt_marks_read(marks, root);
-    const char *scene = json_string_value(json_object_get(root, "scene"));
-    (void)snprintf(name, size, "%s", scene != NULL ? scene : "");
-    json_decref(root);
-    return fine ? -1 : say_no_marks(path);
-}
-
 static const char *unit_in(const json_t *summary, const char *column) {
     return json_string_value(json_object_get(json_object_get(json_object_get(summary, "columns"), column), "unit"));
 }
@@ -413,7 +388,7 @@ static int add_marks(kt_chart *chart) {
         return -1;
     if (arguments->phase != NULL || strcmp(chart->x_name, "time") != 0)
         return kt_misuse("plot: --marks are instants, and go with the time as x; leave them out");
-    const int code = read_marks(arguments->marks, &chart->marks, chart->scene, sizeof chart->scene);
+    const int code = kt_marks_load(arguments->marks, "plot", &chart->marks, chart->scene, sizeof chart->scene);
     kt_panels_mark(chart->panels, chart->panel_count, &chart->marks, chart->events);
     return code;
 }

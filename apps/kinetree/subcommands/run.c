@@ -317,6 +317,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         kt_warn_of_counts(outcome);
         kt_warn_of_contacts(outcome);
         kt_warn_of_shares(outcome);
+        kt_warn_of_held_events(outcome);
         kt_warn_of_gaps(outcome);
         kt_warn_of_frames(outcome, results.motion);
         if (outcome->check != NULL && code == KT_EXIT_DONE)
@@ -486,6 +487,7 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
                               .model = model,
                               .absolute = absolute,
                               .run = &run,
+                              .settings = &arguments->settings,
                               .unprojected = arguments->unprojected,
                               .so_far.energy = kt_energy_watch_of(scene, model),
                               .so_far.corrected_since = (double)NAN,
@@ -558,9 +560,11 @@ int kt_run_command(int argc, char **argv, const kt_run_manner *manner) {
         code = code < 0 ? prepare_live(&arguments, path, &scene, &live) : code;
         if (code < 0)
             code = kt_compile_scene(&scene, &model);
-        if (code == KT_EXIT_DONE && model != NULL)
+        if (code == KT_EXIT_DONE && model != NULL && arguments.records == NULL)
             code = kt_compile_absolute(&scene, model, &absolute);
-        if (code == KT_EXIT_DONE && model != NULL)
+        if (code == KT_EXIT_DONE && model != NULL && arguments.records != NULL)
+            code = kt_run_view_records(&arguments, &scene, model, base);
+        else if (code == KT_EXIT_DONE && model != NULL)
             code = run_model(&arguments, path, &scene, model, absolute, base, manner);
     }
     free(base);

@@ -32,6 +32,7 @@ typedef struct kt_run_arguments {
     const char *integrator, *tolerance, *record, *markers;
     int formulation, reduction, metric, plan;
     const char *from, *out, *summary, *scene, *plot, *size, *view, *glb, *checkpoint, *resume;
+    const char *records, *marks; /* of `view` */
     double checkpoint_interval;
     bool unprojected, native, check_error, dark, boxes, live, modes, quiet;
     struct kt_live *engine; /* of --live; NULL: none */
@@ -62,6 +63,10 @@ int kt_run_live_settings(const kt_run_arguments *arguments, kt_live_setting text
 
 /* view --modes: writes a page that animates the modes of the scene. Returns an exit code. */
 int kt_run_view_modes(const kt_run_arguments *arguments, const char *path);
+
+/* view --records: writes a page that shows a motion that has been recorded. Returns an exit code. */
+int kt_run_view_records(const kt_run_arguments *arguments, const kt_scene *scene, const kt_model *model,
+                        const char *base);
 
 /* Applies the options of the command line to the scene, except for markers. Returns -1 on success, else an exit
  * code. */
@@ -129,6 +134,9 @@ typedef struct kt_pace {
 
 /* ---- results ----------------------------------------------------------------------------------------------------- */
 
+/* Events with a bit in a word: the first ones of the scene. */
+enum { KT_EVENTS_NOTED = 64 };
+
 /* The results of a run so far, as plain numbers, which checkpoints hold. */
 typedef struct kt_so_far {
     int64_t records;              /* number of records passed to the recorder */
@@ -142,6 +150,7 @@ typedef struct kt_so_far {
     kt_stability_watch stability; /* watches adaptive explicit steps */
     kt_growth growth;             /* watches speeds and auxiliary states */
     uint64_t jumped;              /* events of the scene, as bits, that have happened at a jump of atan2 */
+    uint64_t held;                /* events of the scene, as bits, whose conditions held at the start */
     kt_moved moved;               /* coordinates, at the ends of steps */
 } kt_so_far;
 
@@ -184,6 +193,7 @@ typedef struct kt_outcome {
     const kt_model *model;
     const kt_absolute *absolute; /* its absolute formulation, if that is integrated; else NULL */
     const kt_run *run;           /* with the options of the command line applied */
+    const kt_settings *settings; /* of the command line; NULL: none */
     kt_simulation *simulation;
     kt_scene_watch *events; /* the scene's events; NULL: none */
     const char *name;       /* the scene's name, or the file's if it has none */
@@ -307,6 +317,12 @@ void kt_report_start(kt_outcome *outcome, bool quiet);
 struct kt_motion;
 void kt_warn_of_frames(kt_outcome *outcome, const struct kt_motion *motion);
 
+/* Returns whether the formula of an event reads atan2; `event` counts `until` last. */
+bool kt_event_reads_angle(const kt_scene *scene, int event);
+/* Warns if the formula of an event that happens now is not next to zero: atan2 has jumped there. Returns whether it
+ * has. */
+bool kt_warn_of_event_jump(kt_warnings *warnings, const kt_scene *scene, kt_scene_watch *events,
+                           const kt_simulation *simulation, int event);
 /* Warns, once for each event, if an event has happened at a jump of atan2 in its formula. */
 void kt_watch_event_jump(kt_outcome *outcome, const kt_record *record);
 
@@ -316,6 +332,8 @@ void kt_watch_event_jump(kt_outcome *outcome, const kt_record *record);
 bool kt_shares_begin(kt_shares *shares, const kt_model *model);
 void kt_watch_shares(kt_outcome *outcome, const kt_record *record);
 void kt_warn_of_shares(kt_outcome *outcome);
+/* Warns of each event that has not happened because its condition holds from the start. */
+void kt_warn_of_held_events(kt_outcome *outcome);
 void kt_shares_free(kt_shares *shares);
 
 /* Reports the value beyond all reason, and adds a warning to the list. */

@@ -59,17 +59,22 @@ static const kt_option options[] = {
               "write a checkpoint every S seconds of the clock; default: 10"),
     KT_OPTION(TEXT, "resume", resume, "FILE",
               "continue from a checkpoint of the same run; the records continue in --out"),
+    KT_OPTION(TEXT, "records", records, "FILE",
+              "show the motion of these records (CSV, HDF5) instead of a run"), /* of `view` alone: the last four */
+    KT_OPTION(TEXT, "marks", marks, "SUMMARY", "mark the events in this summary of the records"),
     KT_FLAG("live", live,
             "let the page run the scene itself, with sliders for its numbers (needs a build with -Dbrowser=enabled)"),
     KT_FLAG("modes", modes,
             "show the modes instead of a run: about rest, or about the initial state if it moves; 'kinetree modes "
-            "--view' has more choices"), /* of `view` alone: the last two */
+            "--view' has more choices"),
 };
+enum { OF_VIEW = 4 };
 
 static const kt_option_group groups[] = {{"Input", "set"},
                                          {"Method", "duration"},
                                          {"Output", "interval"},
                                          {"Recovery", "checkpoint"},
+                                         {"Recorded motion", "records"},
                                          {"Live page", "live"},
                                          {"Modes", "modes"},
                                          {NULL, NULL}};
@@ -96,7 +101,13 @@ static const kt_option_rule rules[] = {
      "from,duration,integrator,step,tolerance,max-step,rho,formulation,reduction,metric,plan,unprojected,native,check-"
      "error,"
      "interval,record,markers,summary,scene,plot,size,dark,glb,checkpoint,checkpoint-interval,resume",
-     "--modes shows small motions and no run; leave out --"}, /* of `view` alone: the last two */
+     "--modes shows small motions and no run; leave out --"}, /* of `view` alone: the last four */
+    {"records", false,
+     "from,duration,integrator,step,tolerance,max-step,rho,formulation,reduction,metric,plan,unprojected,native,check-"
+     "error,"
+     "interval,record,markers,summary,scene,plot,size,dark,glb,checkpoint,checkpoint-interval,resume,live,modes",
+     "--records shows a motion that has been recorded, and no run; leave out --"},
+    {"marks", true, "records", NULL},
     {"live", false,
      "from,max-step,rho,formulation,reduction,metric,plan,unprojected,native,record,markers,boxes,checkpoint,"
      "checkpoint-interval,resume,modes",
@@ -119,10 +130,10 @@ const kt_usage kt_usage_run = {
              "If a run fails and NAME does not exist yet, NAME keeps the records until the failure.\n"
              "If NAME exists, it stays unchanged, and NAME.partial keeps these records.\n",
     .options = options,
-    .option_count = sizeof options / sizeof options[0] - 2,
+    .option_count = sizeof options / sizeof options[0] - OF_VIEW,
     .groups = groups,
     .rules = rules,
-    .rule_count = RULES - 2,
+    .rule_count = RULES - OF_VIEW,
 };
 
 const kt_usage kt_usage_view = {

@@ -436,14 +436,20 @@ static bool add_events_of(kt_sweep *sweep, const kt_scene *scene) {
     return sweep->events != NULL;
 }
 
+/* The settings of a run, with its values; `texts` holds those. */
+static kt_settings settings_of(const kt_sweep *sweep, int64_t run, kt_sweep_texts *texts) {
+    kt_settings settings = sweep->arguments->settings;
+    double values[KT_SWEEP_AXES_MAX];
+    kt_sweep_plan_values(&sweep->plan, run, values);
+    kt_sweep_plan_set(&sweep->plan, values, texts, &settings);
+    return settings;
+}
+
 /* Reads and compiles the scene of a run. Its values are settings, whose units the scene checks. */
 static kt_status make_model(const kt_sweep *sweep, int64_t run, made *m, kt_scene_report *report, void *user,
                             kt_error *error) {
-    kt_settings settings = sweep->arguments->settings;
     kt_sweep_texts texts;
-    double values[KT_SWEEP_AXES_MAX];
-    kt_sweep_plan_values(&sweep->plan, run, values);
-    kt_sweep_plan_set(&sweep->plan, values, &texts, &settings);
+    const kt_settings settings = settings_of(sweep, run, &texts);
     const kt_scene_options options = {.settings = settings.text, .setting_count = settings.count};
     const kt_status status =
         kt_scene_parse_with(sweep->path, sweep->text, sweep->size, &options, &m->own, report, user, error);
@@ -466,13 +472,17 @@ static int64_t find_first_valid_run(const kt_sweep *sweep) {
 }
 
 /* Warns of doubtful angles in the first valid run; without any, in the runs with the largest values. */
-static void say_angles_of_runs(const kt_sweep *sweep, const kt_scene *first) {
-    int count = sweep->arguments->quiet ? 1 : kt_angles_say(first);
+static void say_angles_of_runs(const kt_sweep *sweep, const kt_scene *first, int64_t first_run) {
+    kt_sweep_texts texts;
+    kt_settings settings = settings_of(sweep, first_run, &texts);
+    int count = sweep->arguments->quiet ? 1 : kt_angles_say(first, &settings);
     for (int axis = 0; axis < sweep->plan.count && count == 0; axis++) {
         made m = {.scene = NULL};
         kt_error error = {0};
-        if (make_model(sweep, kt_sweep_plan_largest(&sweep->plan, axis), &m, NULL, NULL, &error) == KT_OK)
-            count = kt_angles_say(m.scene);
+        const int64_t run = kt_sweep_plan_largest(&sweep->plan, axis);
+        settings = settings_of(sweep, run, &texts);
+        if (make_model(sweep, run, &m, NULL, NULL, &error) == KT_OK)
+            count = kt_angles_say(m.scene, &settings);
         release_run(&m);
     }
 }
@@ -481,7 +491,8 @@ int kt_sweep_list_columns(kt_sweep *sweep) {
     made m = {.scene = NULL};
     kt_error error = {0};
     int code = -1;
-    kt_status status = make_model(sweep, find_first_valid_run(sweep), &m, say_fault, NULL, &error);
+    const int64_t first = find_first_valid_run(sweep);
+    kt_status status = make_model(sweep, first, &m, say_fault, NULL, &error);
     const bool read = status == KT_OK;
     unsigned record;
     if (status == KT_OK)
@@ -489,7 +500,7 @@ int kt_sweep_list_columns(kt_sweep *sweep) {
     if (code < 0 && status == KT_OK)
         code = kt_sweep_plan_check(&sweep->plan, m.scene);
     if (code < 0 && status == KT_OK)
-        say_angles_of_runs(sweep, m.scene);
+        say_angles_of_runs(sweep, m.scene, first);
     if (code < 0 && status == KT_OK && sweep->arguments->native)
         code = kt_sweep_make_native(sweep, m.scene, m.model);
     if (code < 0 && status == KT_OK)

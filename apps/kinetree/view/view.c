@@ -163,6 +163,27 @@ static int take_start(kt_motion *motion, const kt_model *model, kt_data *data, d
     return kt_motion_take_state(motion, 1.0, q, v);
 }
 
+int kt_view_write_recorded(const kt_scene *scene, const kt_model *model, const kt_recorded *recorded, bool boxes,
+                           const kt_view *view, const char *path) {
+    kt_run run = scene->run;
+    run.record = KT_RECORD_POSITION | KT_RECORD_VELOCITY;
+    kt_columns columns;
+    const size_t nq = (size_t)kt_model_nq(model), nv = (size_t)kt_model_nv(model);
+    const bool has_columns = kt_columns_list(&columns, scene, model, &run, run.record);
+    kt_motion *motion = has_columns ? kt_motion_start(scene, &columns, (int64_t)recorded->count, false) : NULL;
+    int code = motion == NULL ? kt_say_no_memory("the view") : KT_EXIT_DONE;
+    if (motion != NULL)
+        motion->boxes = boxes;
+    for (size_t i = 0; i < recorded->count && code == KT_EXIT_DONE; i++)
+        if (kt_motion_take_state(motion, recorded->time[i], recorded->q + i * nq, recorded->v + i * nv) != 0)
+            code = KT_EXIT_INTEGRATION;
+    if (code == KT_EXIT_DONE)
+        code = kt_view_write(motion, view, path);
+    kt_motion_free(motion);
+    kt_columns_free(&columns);
+    return code;
+}
+
 int kt_view_write_start(const kt_scene *scene, const kt_model *model, const char *name, const char *path) {
     kt_error error = {0};
     kt_data *data = NULL;

@@ -3,6 +3,7 @@
 #ifndef KT_COMMAND_VIEW_VIEW_H
 #define KT_COMMAND_VIEW_VIEW_H
 
+#include "open/recorded.h"
 #include "records/marks.h"
 #include "text/json_writer.h"
 #include "view/live.h"
@@ -41,6 +42,11 @@ int kt_view_write(const kt_motion *motion, const kt_view *view, const char *path
  * positions, or those that assembly reached before it failed. name: of the scene. Returns an exit code as above. The
  * reason of a failed assembly is only on the page. */
 int kt_view_write_start(const kt_scene *scene, const kt_model *model, const char *name, const char *path);
+
+/* Writes a page of a motion that has been recorded: positions and velocities, without forces and energies. Returns an
+ * exit code as above. */
+int kt_view_write_recorded(const kt_scene *scene, const kt_model *model, const kt_recorded *recorded, bool boxes,
+                           const kt_view *view, const char *path);
 
 /* Writes a motion as glTF 2.0 in one binary file (GLB), which other viewers and modellers read: a node for each body,
  * animated, with meshes of its solids. name: of the scene. Returns an exit code as above. */

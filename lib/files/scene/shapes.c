@@ -15,23 +15,6 @@ static double shape_length_of(const kt_shape *shape) {
     return shape->type == KT_SHAPE_ROD ? kt_vec3_norm_wide(kt_vec3_sub(shape->to, shape->from)) : 0.0;
 }
 
-double kt_shape_volume(const kt_shape *shape) {
-    static const double pi = 3.14159265358979323846;
-    const double disc = pi * shape->radius * shape->radius;
-    switch (shape->type) {
-    case KT_SHAPE_BOX:
-        return shape->size.x * shape->size.y * shape->size.z;
-    case KT_SHAPE_SPHERE:
-        return 4.0 / 3.0 * disc * shape->radius;
-    case KT_SHAPE_CYLINDER:
-        return disc * shape->length;
-    case KT_SHAPE_POLYGON:
-        return kt_polygon_measure(shape->points, shape->point_count).area * shape->length;
-    default:
-        return disc * shape_length_of(shape);
-    }
-}
-
 /* ---- rules ------------------------------------------------------------------------------------------------------- */
 
 typedef struct complaint {

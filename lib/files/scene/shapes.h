@@ -7,9 +7,6 @@
 #include "mesh/mesh.h"
 #include "scene/scene_part.h"
 
-/* The volume of the solid, m^3; zero for points and slender rods. */
-double kt_shape_volume(const kt_shape *shape);
-
 /* The solid that a mesh encloses, in the body frame. Errors: those of the file, KT_ERROR_SCENE if the surface is not
  * closed or encloses nothing, KT_ERROR_MEMORY. */
 kt_status kt_scene_mesh_enclosed(const kt_scene_mesh *mesh, kt_enclosed *solid, kt_error *error);

@@ -12,6 +12,7 @@
 #include "simulation/response.h"
 #include "simulation/simulation.h"
 
+#include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -37,9 +38,9 @@ typedef struct watched {
 struct kt_scene_watch {
     kt_pool pool;
     watched *watched;
-    watched *until; /* a comparison; NULL: there is none, or `until` is none */
+    int count; /* events, `until` among them */
     const kt_model *model;
-    kt_data *data;               /* of the model; NULL: neither values that are set nor `until` need markers */
+    kt_data *data;               /* of the model; NULL: neither events nor values that are set need markers */
     kt_assignments *assignments; /* NULL: events set no parameters and no states */
     kt_impulses *impulses;       /* NULL: events set no velocities */
     kt_footholds *footholds;     /* NULL: events close no loops where their bodies are */
@@ -274,7 +275,7 @@ static kt_status add_event(const target *in, const kt_scene_event *event, watche
         status = find_calls(&watch->pool, event, in->calls, in->call_count, to, error);
     if (status == KT_OK)
         status = find_switches(model, event, to, error);
-    if (status == KT_OK && to->here != 0 && watch->data == NULL)
+    if (status == KT_OK && (to->here != 0 || to->formula.moves) && watch->data == NULL)
         status = kt_data_create(model, &watch->data, error);
     if (status == KT_OK)
         status = find_sets(watch, in->scene, event, to, error);
@@ -315,6 +316,7 @@ kt_status kt_scene_watch_create(const kt_scene *scene, const kt_model *model, kt
         status = kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
     if (status == KT_OK) {
         made->model = model;
+        made->count = count;
         made->responses.simulation = simulation;
         made->binding = (kt_binding){.pool = &made->pool, .model = model, .responses = &made->responses};
         status = kt_assignments_create(&made->pool, scene, model, &made->assignments, error);
@@ -328,11 +330,6 @@ kt_status kt_scene_watch_create(const kt_scene *scene, const kt_model *model, kt
         const kt_scene_event *event = i < scene->event_count ? &scene->events[i] : &scene->until;
         status = add_event(&in, event, &made->watched[i], error);
     }
-    if (status == KT_OK && scene->until.when != NULL && scene->until.direction == KT_DIRECTION_RISING) {
-        made->until = &made->watched[count - 1];
-        if (made->until->formula.moves && made->data == NULL)
-            status = kt_data_create(model, &made->data, error);
-    }
     if (status == KT_OK)
         status = kt_scene_watch_sync(made, simulation, error);
     if (status != KT_OK) {
@@ -343,12 +340,12 @@ kt_status kt_scene_watch_create(const kt_scene *scene, const kt_model *model, kt
     return KT_OK;
 }
 
-bool kt_scene_until_holds(kt_scene_watch *watch, const kt_simulation *simulation) {
+double kt_scene_event_value(kt_scene_watch *watch, const kt_simulation *simulation, int event) {
     double value = 0.0;
-    if (!watch || !simulation || !watch->until)
-        return false;
+    if (!watch || !simulation || !KT_IS_INDEX(event, watch->count))
+        return (double)NAN;
     const kt_instant at = watched_instant_of(watch, simulation);
-    return evaluate_watched(&at, &value, NULL, watch->until) == 0 && value > 0.0;
+    return evaluate_watched(&at, &value, NULL, &watch->watched[event]) == 0 ? value : (double)NAN;
 }
 
 kt_status kt_scene_watch_sync(kt_scene_watch *watch, const kt_simulation *simulation, kt_error *error) {

@@ -279,6 +279,29 @@ static kt_vec3 solid_centre(const kt_shape *shape, kt_mat3 r) {
     return shape->at;
 }
 
+double kt_shape_volume(const kt_shape *shape) {
+    if (!shape)
+        return (double)NAN;
+    const double disc = 3.14159265358979323846 * shape->radius * shape->radius;
+    switch (shape->type) {
+    case KT_SHAPE_ROD:
+        return disc * kt_vec3_norm_wide(kt_vec3_sub(shape->to, shape->from));
+    case KT_SHAPE_BOX:
+        return shape->size.x * shape->size.y * shape->size.z;
+    case KT_SHAPE_SPHERE:
+        return 4.0 / 3.0 * disc * shape->radius;
+    case KT_SHAPE_CYLINDER:
+        return disc * shape->length;
+    case KT_SHAPE_POLYGON:
+        return kt_polygon_measure(shape->points, shape->point_count).area * shape->length;
+    case KT_SHAPE_POINT:
+    case KT_SHAPE_NONE:
+    case KT_SHAPE_TYPE_COUNT:
+        break;
+    }
+    return 0.0;
+}
+
 kt_status kt_body_inertia(const kt_body *body, kt_vec3 *com, kt_sym3 *inertia, kt_error *error) {
     if (KT_IS_MISSING(error, body, com, inertia))
         return KT_ERROR_ARGUMENT;
