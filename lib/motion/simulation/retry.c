@@ -57,6 +57,7 @@ static bool gains_energy(kt_simulation *simulation) {
 }
 
 /* Fails a step along which contacts that slip gained energy, so that it is repeated. */
+/* NOLINTNEXTLINE(readability-non-const-parameter): a hook of the phase `check` */
 kt_status kt_contacts_check_energy(kt_simulation *simulation, kt_step_progress *progress, kt_verdict *verdict,
                                    kt_error *error) {
     kt_integrator *integrator = simulation->integrator;

@@ -7,6 +7,7 @@
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "evaluate/evaluate.h"
+#include "integrator/integrator.h"
 #include "simulation/simulation.h"
 
 #include <string.h>
@@ -37,7 +38,7 @@ void kt_simulation_inputs(kt_simulation *simulation, const double *q, const doub
 /* Updates the user model's state after a step. */
 static void finish_state(kt_simulation *simulation) {
     const kt_transformation *by = simulation->transformation;
-    const double *y = kt_integrator_state(simulation->integrator);
+    const double *y = simulation->integrator->y;
     if (by == NULL) {
         memcpy(simulation->state, y, simulation->size.state * sizeof *y);
         return;
