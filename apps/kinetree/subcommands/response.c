@@ -42,8 +42,9 @@ static const kt_option options[] = {
     KT_OPTION(NAMES, "output", output, "NAME,NAME",
               "compute these outputs: position.JOINT, velocity.JOINT, marker.BODY.MARKER.x; default: the position of "
               "the input"),
-    KT_OPTION(POSITIVE, "from", from, "HZ", "begin at this frequency; default: a tenth of the slowest mode's"),
-    KT_OPTION(POSITIVE, "to", to, "HZ", "end at this frequency; default: ten times the fastest mode's"),
+    KT_OPTION(POSITIVE, "from", from, "HZ",
+              "take this as the lowest frequency; default: a tenth of the slowest mode's"),
+    KT_OPTION(POSITIVE, "to", to, "HZ", "take this as the highest frequency; default: ten times the fastest mode's"),
     KT_OPTION(SEVERAL, "points", points, "N", "compute N frequencies, and some around each mode; default: 400"),
     KT_CHOICE("at", at, "STATE", "linearise about this state; default: rest, or the initial state if it moves",
               "initial|equilibrium"),
@@ -59,10 +60,9 @@ static const kt_option_rule rules[] = {{"dark", true, "plot", NULL}};
 
 const kt_usage kt_usage_response = {
     .command = "response",
-    .examples =
-        "  kinetree response servo-arm.yaml --plot bode.svg\n"
-        "  kinetree response quarter-car.yaml --input wheel --output position.body,position.wheel\n"
-        "  kinetree response cart-pole.yaml --input cart --output marker.pole.tip.x --at initial --out bode.csv\n",
+    .examples = "  kinetree response dc-motor.yaml --input rotor --plot bode.svg\n"
+                "  kinetree response quarter-car.yaml --input wheel --output position.car,position.wheel\n"
+                "  kinetree response cart-pole.yaml --input cart --at initial --out bode.csv\n",
     .operands = "SCENE",
     .about = "Linearises a scene and computes the response to a harmonic force in a joint.\n"
              "The amplitude is that of the output for a force of 1 N or a torque of 1 N m. The phase is in degrees; a "

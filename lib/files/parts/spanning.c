@@ -25,7 +25,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "parts/spanning.h"
 
-#include <stdlib.h>
+#include <stddef.h>
 
 /* The edges at each vertex: first[i] to first[i + 1] in `edges`. */
 typedef struct incidence {
@@ -43,7 +43,7 @@ typedef struct spanning_search {
     int *height;     /* of each vertex; -1: not reached yet */
     int *queue, queued;
     int *above; /* union-find, of each vertex */
-    edge_rank *ranks;
+    edge_rank *ranks, *merged;
     int *root, given_count, root_count; /* roots: the given ones first */
 } spanning_search;
 
@@ -72,9 +72,10 @@ static bool begin_search(kt_pool *pool, kt_spanning *g, spanning_search *s) {
     s->above = kt_pool_take(pool, vertices, sizeof *s->above);
     s->root = kt_pool_take(pool, vertices, sizeof *s->root);
     s->ranks = kt_pool_take(pool, edges, sizeof *s->ranks);
+    s->merged = kt_pool_take(pool, edges, sizeof *s->merged);
     s->queue = g->order;
     if (g->carrier == NULL || g->depth == NULL || g->order == NULL || s->height == NULL || s->above == NULL ||
-        s->root == NULL || s->ranks == NULL || !sort_by_end(pool, g, 0, &s->at[0]) ||
+        s->root == NULL || s->ranks == NULL || s->merged == NULL || !sort_by_end(pool, g, 0, &s->at[0]) ||
         !sort_by_end(pool, g, 1, &s->at[1]))
         return false;
     for (int i = 0; i < g->vertex_count; i++) {
@@ -136,14 +137,32 @@ static int set_of(int *above, int vertex) {
     return vertex;
 }
 
-static int compare_ranks(const void *left, const void *right) {
-    const edge_rank *a = left, *b = right;
+/* Whether an edge is taken before another one. */
+static bool is_before(const edge_rank *a, const edge_rank *b) {
     const int pairs[][2] = {
         {a->weight, b->weight}, {a->height, b->height}, {a->sum, b->sum}, {a->away, b->away}, {a->index, b->index}};
     for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++)
         if (pairs[i][0] != pairs[i][1])
-            return pairs[i][0] < pairs[i][1] ? -1 : 1;
-    return 0;
+            return pairs[i][0] < pairs[i][1];
+    return false;
+}
+
+/* Sorts the ranks by merging runs of twice the length each time. */
+static void sort_ranks(spanning_search *s) {
+    const int count = s->graph->edge_count;
+    edge_rank *from = s->ranks, *to = s->merged;
+    for (int run = 1; run < count; run *= 2) {
+        for (int begin = 0; begin < count; begin += 2 * run) {
+            const int middle = begin + run < count ? begin + run : count;
+            const int end = middle + run < count ? middle + run : count;
+            int a = begin, b = middle;
+            for (int k = begin; k < end; k++)
+                to[k] = a < middle && (b == end || !is_before(&from[b], &from[a])) ? from[a++] : from[b++];
+        }
+        s->ranks = to;
+        to = from;
+        from = s->ranks;
+    }
 }
 
 static edge_rank rank_of(const spanning_search *s, int index) {
@@ -158,7 +177,7 @@ static void choose_edges(spanning_search *s) {
         s->above[s->root[i]] = 0; /* the ground holds all roots */
     for (int i = 0; i < g->edge_count; i++)
         s->ranks[i] = rank_of(s, i);
-    qsort(s->ranks, (size_t)g->edge_count, sizeof *s->ranks, compare_ranks);
+    sort_ranks(s);
     for (int i = 0; i < g->edge_count && s->ranks[i].weight < KT_EDGE_CUT; i++) {
         kt_edge *edge = &g->edge[s->ranks[i].index];
         const int a = set_of(s->above, edge->end[0]), b = set_of(s->above, edge->end[1]);

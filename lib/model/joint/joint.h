@@ -46,7 +46,7 @@ typedef struct kt_joint_kind {
 KT_INNER extern const kt_joint_kind *const kt_joint_kinds[KT_JOINT_TYPE_COUNT];
 
 /* The type of joint that permits the same motion as loops of a type; KT_JOINT_FIXED: there is none with coordinates. */
-KT_INNER kt_joint_type kt_loop_joint_type(kt_loop_type loop);
+kt_joint_type kt_loop_joint_type(kt_loop_type loop);
 
 /* Writes up to KT_ELEMENT_MAX elements and returns their number. */
 KT_INNER int kt_joint_elements(const kt_joint *joint, kt_element *elements);
