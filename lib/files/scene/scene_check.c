@@ -281,10 +281,11 @@ static void check_axes_of_unknown_types(kt_reader *r, const kt_description *d) {
     for (int i = 0; i < d->body_count; i++) {
         const kt_node *joint = kt_node_find(r->scene->body_nodes[i], "joint");
         const kt_node *axis = joint != NULL && joint->kind == KT_NODE_MAP ? kt_node_find(joint, "axis") : NULL;
+        const char *name = d->bodies[i].name;
         if (is_zero_vector(axis) && !has_type(joint))
             (void)kt_fault_put(r, KT_ERROR_MODEL, axis->line, axis->column,
                                "body %s: joint.axis is zero; give it a direction, such as [0, 0, 1]",
-                               kt_name_quote(d->bodies[i].name).text);
+                               name != NULL ? kt_name_quote(name).text : "without a name");
     }
 }
 
