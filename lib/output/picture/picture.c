@@ -9,6 +9,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
@@ -170,11 +171,13 @@ kt_status kt_picture_create(const kt_scene *scene, const kt_model *model, const 
                             const kt_picture_options *options, kt_picture **picture, kt_error *error) {
     static const kt_picture_options standard;
     const counts n = count_picture(scene, model);
-    kt_picture *made = calloc(1, lay_out(NULL, &n));
+    const size_t size = lay_out(NULL, &n);
+    kt_picture *made = aligned_alloc(KT_ARENA_ALIGNMENT, size);
     int *chains = calloc(n.bodies + n.solids, sizeof *chains);
     double *lengths = calloc(n.solids + n.joints, sizeof *lengths);
     kt_status status = KT_ERROR_MEMORY;
     if (made != NULL && chains != NULL && lengths != NULL) {
+        memset(made, 0, size);
         (void)lay_out(made, &n);
         made->model = model;
         made->body_count = kt_model_body_count(model);
