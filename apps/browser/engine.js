@@ -2,7 +2,7 @@
  *
  *     const engine = new Engine(await WebAssembly.compile(bytes), {message: (rank, text) => ..., progress: (time) => ...});
  *     const page = engine.open(scene, ["simulate.tolerance=1e-6"]);
- *     engine.run(page, false), engine.result(page)
+ *     engine.run(page), engine.result(page)
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 
@@ -79,14 +79,14 @@ class Engine {
         return status === FMI_OK ? values : null;
     }
 
-    /* method: {integrator: "" for the scene's, step, tolerance, duration: NaN for the scene's} */
-    choose(page, {integrator = "", step = NaN, tolerance = NaN, duration = NaN}) {
+    /* method: {integrator: "" for the scene's, step, tolerance, duration: NaN for the scene's, unprojected: loops drift, partition: in place of QR} */
+    choose(page, {integrator = "", step = NaN, tolerance = NaN, duration = NaN, unprojected = false, partition = false}) {
         const name = this.put_text(integrator);
-        this.calls.kt_page_choose(page, name.at, step, tolerance, duration);
+        this.calls.kt_page_choose(page, name.at, step, tolerance, duration, unprojected, partition);
         this.calls.free(name.at);
     }
 
-    run(page, unprojected) { return this.calls.kt_page_run(page, unprojected) !== 0; }
+    run(page) { return this.calls.kt_page_run(page) !== 0; }
 
     /* The mechanism and the frames of the last run: copies. */
     result(page) {

@@ -6,7 +6,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "host.h"
 
-#include "command.h"
+#include "advice/warnings.h"
+#include "open/load.h"
+
+#include "kinetree/formulation.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -44,3 +47,41 @@ void kt_say(const char *format, ...) {
 }
 
 void kt_say_error(const kt_error *error) { kt_say("%s", kt_words_of(error).text); }
+
+/* The list of a run's warnings in a page: their codes, each with a line feed behind it. The words are in the page. */
+struct json_t {
+    char codes[4096];
+    size_t used;
+};
+
+void kt_warn(kt_warnings *warnings, const kt_warning *warning, const char *format, ...) {
+    static json_t given; /* one run at a time */
+    char what[640], text[1100];
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(what, sizeof what, format, arguments);
+    va_end(arguments);
+    (void)snprintf(text, sizeof text, "%s. %s.", what, warning->remedy);
+    kt_host_print(KT_HOST_NOTE, text);
+    if (warnings->list == NULL)
+        given = (json_t){.used = 0};
+    warnings->list = &given;
+    if (given.used + strlen(warning->code) + 2 < sizeof given.codes)
+        given.used += (size_t)sprintf(given.codes + given.used, "%s\n", warning->code);
+}
+
+bool kt_warnings_have(const kt_warnings *warnings, const char *code) {
+    const size_t size = strlen(code);
+    for (const char *at = warnings->list != NULL ? warnings->list->codes : ""; *at != '\0'; at = strchr(at, '\n') + 1)
+        if (strncmp(at, code, size) == 0 && at[size] == '\n')
+            return true;
+    return false;
+}
+
+/* A page has no robots and no other formulations. */
+bool kt_is_robot_scene(const kt_scene *scene) {
+    (void)scene;
+    return false;
+}
+
+void kt_absolute_use(const kt_absolute *absolute, kt_simulation_options *options) { (void)absolute, (void)options; }

@@ -57,7 +57,7 @@ class Live {
         this.controls.gravity = state.gravity.map((value, k) => new Control(find("gravity"), {label: "xyz"[k], title: `Gravity along ${"xyz"[k]}`, value, low: -g, high: g, unit: "m/s\u00b2"}, changed));
         this.list_methods(state, changed);
         find("starts").closest("details").hidden = this.controls.joints.length === 0;
-        find("projects").hidden = find("gaps").hidden = state.loops === 0;
+        find("projects").hidden = find("reduces").hidden = find("gaps").hidden = state.loops === 0;
     }
 
     list_methods(state, changed) {
@@ -83,7 +83,7 @@ class Live {
         this.controls.tolerance.number.closest("label").hidden = has_step;
     }
 
-    /* Values that the address of the page gives, as a figure of a text does: #method=rk4&step=0.01&unprojected=1&start.crank=1.2&compare=1. */
+    /* Values that the address of the page gives, as a figure of a text does: #method=rk4&step=0.01&unprojected=1&reduction=partition&start.crank=1.2&compare=1. */
     take_address() {
         const {parameters, joints, tolerance, step, duration} = this.controls, given = new URLSearchParams(location.hash.slice(1)), number = (key) => Number(given.get(key));
         const put = (control, key) => { if (given.has(key) && Number.isFinite(number(key))) { control.value = number(key); control.show(); } };
@@ -96,6 +96,8 @@ class Live {
             put(parameters.find((one) => one.reference === reference).control, `parameter.${name}`));
         joints.filter(({name}) => given.has(`start.${name}`)).forEach(({name, control}) => { this.held = name; put(control, `start.${name}`); });
         find("unprojected").checked = number("unprojected") === 1;
+        if (given.get("reduction") === "partition")
+            find("reduction").value = "partition";
         find("compare").checked = number("compare") === 1;
         this.choose_stepping();
         if ([...given].length > 0)
@@ -110,21 +112,22 @@ class Live {
     method() {
         const {duration, step, tolerance} = this.controls, stepping = find("stepping").value, own = this.has_own_method;
         return {integrator: own ? find("integrator").value : "", duration: duration.is_changed ? duration.value : NaN,
-            step: own && stepping === "step" ? step.value : NaN, tolerance: own && stepping === "tolerance" ? tolerance.value : NaN};
+            step: own && stepping === "step" ? step.value : NaN, tolerance: own && stepping === "tolerance" ? tolerance.value : NaN,
+            unprojected: find("unprojected").checked, partition: find("reduction").value === "partition"};
     }
 
     /* All values for a request: settings in the words of `--set`, parameters by their references. A joint that was moved is held, so that the
      * others close the loops. */
     values() {
         if (this.state === null)
-            return {settings: [], parameters: [], method: {}, unprojected: false};
+            return {settings: [], parameters: [], method: {}};
         const {parameters, joints, gravity} = this.controls, moved = joints.filter(({control}) => control.is_changed);
         const settings = moved.map(({name, control}) => `bodies.${name}.joint.position=${control.value}`);
         if (this.state.loops > 0 && moved.some(({name}) => name === this.held))
             settings.push(`initial.hold=[${this.held}]`);
         if (gravity.some((one) => one.is_changed))
             settings.push(`gravity=[${gravity.map(({value}) => value).join(", ")}]`);
-        return {settings, parameters: parameters.map(({reference, control}) => [reference, control.value]), method: this.method(), unprojected: find("unprojected").checked};
+        return {settings, parameters: parameters.map(({reference, control}) => [reference, control.value]), method: this.method()};
     }
 
     /* A gesture is one run of the list, however many values it passes. */
@@ -153,7 +156,7 @@ class Live {
         const is_first = this.state === null && state !== undefined;
         if (is_first)
             this.list_controls(state);
-        page.notes = notes;
+        page.notes = notes.map(as_sentence);
         page.show_notes();
         if (state !== undefined)
             this.show_start(state);
@@ -183,7 +186,7 @@ class Live {
     take(data, frames, state, ms) {
         const {page} = this, run = this.current_run();
         this.show(data, frames);
-        Object.assign(run, {method: data.method, evaluations: state.evaluations, ms, drift: this.largest_drift(), gap: state.gap, label: state.used, data, motion: page.motion});
+        Object.assign(run, {method: data.method, evaluations: state.evaluations, ms, drift: this.largest_drift(), gap: state.gap, label: `${state.used}${state.partition ? ", partitioning" : ""}`, data, motion: page.motion});
         this.runs = this.runs.filter(({method}) => method !== undefined).slice(-RUNS_MAX);
         this.report(`${state.steps} steps${state.rejected > 0 ? ` (${state.rejected} rejected)` : ""}, ${state.evaluations} evaluations, ${short(ms)} ms`, this.bench.next !== null);
         this.list_runs();
@@ -390,6 +393,7 @@ class Live {
         on("integrator", "change", () => { this.choose_stepping(); this.change(true); });
         on("stepping", "change", () => { this.choose_stepping(); this.change(true); });
         on("unprojected", "change", () => this.change(true));
+        on("reduction", "change", () => this.change(true));
         on("drag", "change", () => this.prepare_drag());
         new ResizeObserver(() => this.state !== null && this.paint()).observe(find("accuracy"));
         const paint = page.paint.bind(page), set_theme = page.set_theme.bind(page), draw_curve = page.chart.paint_curve.bind(page.chart);
@@ -432,6 +436,7 @@ class Live {
         find("integrator").value = this.state.method;
         find("stepping").value = this.state.step > 0 ? "step" : "tolerance";
         find("unprojected").checked = false;
+        find("reduction").value = "qr";
         this.choose_stepping();
         this.page.seek(this.page.times[0]);
         this.change(true);

@@ -1,6 +1,6 @@
 /* The worker of a live page: one run for each request. The scene is opened again only if its settings have changed.
  *
- *     request: {id, settings, parameters: [[reference, value], ...], method, unprojected}
+ *     request: {id, settings, parameters: [[reference, value], ...], method}
  *     answers: {id, time} while the run goes on; at its end {id, notes, faults, state, ms}, with data and frames if there are any
  */
 /* SPDX-License-Identifier: Apache-2.0 */
@@ -29,12 +29,12 @@ function open_scene(settings) {
     return opened.page;
 }
 
-function answer({settings, parameters, method, unprojected}) {
+function answer({settings, parameters, method}) {
     const start = performance.now(), page = open_scene(settings);
     if (page === 0 || !engine.set(page, parameters))
         return {};
     engine.choose(page, method);
-    const is_run = engine.run(page, unprojected), ms = performance.now() - start;
+    const is_run = engine.run(page), ms = performance.now() - start;
     return {state: engine.state(page), ms, ...(is_run ? engine.result(page) : {})};
 }
 

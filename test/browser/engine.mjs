@@ -18,7 +18,7 @@ const packed = Buffer.from(part("engine"), "base64").subarray(0, engine_size), s
 let progress = 0;
 const engine = new Engine(await WebAssembly.compile(gunzipSync(packed)), {message: (rank, text) => (rank === NOTE ? said.notes : said.faults).push(text), progress: () => progress++});
 const start = performance.now(), handle = engine.open(scene, []), opened = performance.now();
-const is_run = handle !== 0 && engine.run(handle, false), ended = performance.now();
+const is_run = handle !== 0 && engine.run(handle), ended = performance.now();
 
 const hash = (array) => createHash("sha256").update(Buffer.from(array.buffer, array.byteOffset, array.byteLength)).digest("hex").slice(0, 16);
 const columns_of = (all, motion, names) => Float32Array.from(names.flatMap((name) => {

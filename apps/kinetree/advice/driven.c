@@ -91,15 +91,10 @@ void kt_driven_supply(kt_driven *driven) {
 /* ---- states ------------------------------------------------------------------------------------------------------ */
 
 void kt_driven_record(kt_driven *driven, const kt_record *record) {
-    kt_outcome *outcome = &driven->outcome;
     if (driven->calls || record->index == KT_INDEX_CONTACT)
         return;
     driven->run.duration = driven->duration;
-    kt_energy_watch_add(&outcome->so_far.energy, record);
-    kt_growth_add(&outcome->so_far.growth, record, driven->duration);
-    kt_watch_step(driven->modes, outcome, record);
-    kt_watch_stability(outcome, record);
-    kt_watch_correction(outcome);
+    kt_watch_motion(&driven->outcome, driven->modes, record);
 }
 
 /* Takes the present state. The verdict is due at the duration, or after FIRST steps and more if the energy is wrong. */
@@ -155,14 +150,14 @@ static void keep_first_of_codes(json_t *list, size_t from) {
     }
 }
 
-/* Examines the step, unless modes of this rate have been examined: a program may examine the states often, and modes
- * cost as much as many steps. */
-static void judge_step(kt_driven *driven) {
+/* Returns the watch of the step; NULL if modes of its rate have been examined: a program may examine the states often,
+ * and modes cost as much as many steps. */
+static const kt_mode_watch *unjudged_modes(kt_driven *driven) {
     const double rate = driven->modes != NULL ? kt_mode_watch_fastest(driven->modes).rate : 0.0;
     if (!(rate > 1.1 * driven->judged_rate))
-        return;
+        return NULL;
     driven->judged_rate = rate;
-    kt_warn_of_step(&driven->outcome, driven->modes);
+    return driven->modes;
 }
 
 /* Examines the states so far as those of a run that ends at the present time. */
@@ -170,15 +165,7 @@ static void judge_states(kt_driven *driven) {
     kt_outcome *outcome = &driven->outcome;
     const size_t before = json_array_size(outcome->warnings.list);
     driven->run.duration = kt_simulation_time(outcome->simulation);
-    judge_step(driven);
-    kt_warn_of_stability(outcome);
-    kt_warn_of_correction(outcome);
-    kt_warn_of_energy(outcome);
-    kt_warn_of_passages(outcome);
-    if (!driven->calls)
-        kt_warn_of_growth(outcome);
-    kt_warn_of_counts(outcome);
-    kt_warn_of_contacts(outcome);
+    kt_warn_of_motion(outcome, unjudged_modes(driven)); /* of growth only if records were taken */
     driven->run.duration = driven->duration;
     keep_first_of_codes(outcome->warnings.list, before);
 }

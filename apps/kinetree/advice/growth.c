@@ -14,7 +14,6 @@
 #include "kinetree/mechanism.h"
 
 #include <math.h>
-#include <string.h>
 
 /* The growth since the first half of the run that is suspicious, and the quotient of both continuations that proves
  * the fault. Coarse but stable steps have smaller quotients. From the doubt on, the motion is continued further. */
@@ -113,17 +112,6 @@ static double continue_motion(const kt_grown_run *grown, const suspect *s, doubl
     return status == KT_OK ? most : status == KT_ERROR_NOT_FINITE ? HUGE_VAL : (double)NAN;
 }
 
-static bool is_reported(const kt_outcome *outcome) {
-    size_t i;
-    json_t *one;
-    json_array_foreach(outcome->warnings.list, i, one) {
-        const char *code = json_string_value(json_object_get(one, "code"));
-        if (code != NULL && (strcmp(code, "unstable_step") == 0 || strcmp(code, "energy") == 0))
-            return true;
-    }
-    return false;
-}
-
 double kt_growth_diverges(const kt_growth *growth, const kt_grown_run *grown, kt_error *error) {
     const double step = grown->run->step;
     suspect s;
@@ -153,7 +141,8 @@ double kt_growth_diverges(const kt_growth *growth, const kt_grown_run *grown, kt
 void kt_warn_of_growth(kt_outcome *outcome) {
     const kt_grown_run grown = {outcome->model, outcome->absolute, outcome->run, outcome->simulation};
     kt_error error;
-    if (outcome->is_blown_up || outcome->failed.code != KT_OK || is_reported(outcome))
+    if (outcome->is_blown_up || outcome->failed.code != KT_OK ||
+        kt_warnings_have(&outcome->warnings, "unstable_step") || kt_warnings_have(&outcome->warnings, "energy"))
         return;
     const kt_warning warning =
         kt_warning_at("diverging_steps", kt_simulation_time(outcome->simulation),

@@ -116,10 +116,7 @@ static void warn_of_impacts_at_start(kt_outcome *outcome) {
                 seen.dissipated);
 }
 
-void kt_report_start(kt_outcome *outcome, bool quiet) {
-    const double *q = kt_simulation_positions(outcome->simulation);
-    const double *v = kt_simulation_velocities(outcome->simulation);
-    list_notes(outcome);
+void kt_warn_of_start(kt_outcome *outcome) {
     warn_of_long_step(outcome);
     warn_of_many_records(outcome);
     warn_of_jumps(outcome);
@@ -132,7 +129,15 @@ void kt_report_start(kt_outcome *outcome, bool quiet) {
     (void)kt_idle_warn(&outcome->warnings, outcome->scene);
     (void)kt_slender_warn(&outcome->warnings, outcome->scene);
     (void)kt_column_units_warn(&outcome->warnings, outcome->scene, outcome->model);
-    (void)kt_penetration_warn(&outcome->warnings, outcome->scene, outcome->model, q);
+    (void)kt_penetration_warn(&outcome->warnings, outcome->scene, outcome->model,
+                              kt_simulation_positions(outcome->simulation));
+}
+
+void kt_report_start(kt_outcome *outcome, bool quiet) {
+    const double *q = kt_simulation_positions(outcome->simulation);
+    const double *v = kt_simulation_velocities(outcome->simulation);
+    list_notes(outcome);
+    kt_warn_of_start(outcome);
     outcome->moved = kt_start_moved(outcome->model, q, v);
     if (!quiet)
         (void)kt_say_disagreement(outcome->scene, outcome->model);

@@ -265,6 +265,16 @@ static void warn_of_modes(kt_outcome *outcome, const kt_method *method, const kt
     kt_spectrum_free(motion);
 }
 
+/* Modes need LAPACK, which a live page lacks. Rates alone then decide. */
+static bool can_compute_modes(const kt_model *model) {
+#ifdef KT_NO_LAPACK
+    (void)model;
+    return false;
+#else
+    return kt_model_nv(model) <= COORDINATES_MOST;
+#endif
+}
+
 void kt_warn_of_step(kt_outcome *outcome, const kt_mode_watch *watch) {
     const kt_method *method = outcome->run->integrator != NULL ? kt_method_find(outcome->run->integrator) : NULL;
     if (watch == NULL || method == NULL)
@@ -272,10 +282,10 @@ void kt_warn_of_step(kt_outcome *outcome, const kt_mode_watch *watch) {
     const kt_fast_state fastest = kt_mode_watch_fastest(watch);
     if (!is_in_doubt(outcome->run, method, DOUBT * fastest.rate))
         return;
-    if (kt_model_nv(outcome->model) > COORDINATES_MOST)
-        warn_of_rate(outcome, method, &fastest);
-    else
+    if (can_compute_modes(outcome->model))
         warn_of_modes(outcome, method, watch);
+    else
+        warn_of_rate(outcome, method, &fastest);
 }
 
 /* ---- velocity corrections ---------------------------------------------------------------------------------------- */

@@ -6,6 +6,7 @@
 
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 
 void kt_warn(kt_warnings *warnings, const kt_warning *warning, const char *format, ...) {
     char what[640];
@@ -27,6 +28,15 @@ void kt_warn(kt_warnings *warnings, const kt_warning *warning, const char *forma
     json_object_set_new(one, "value", kt_json_number(warning->value));
     json_object_set_new(one, "unit", warning->unit != NULL ? json_string(warning->unit) : json_null());
     json_array_append_new(warnings->list, one);
+}
+
+bool kt_warnings_have(const kt_warnings *warnings, const char *code) {
+    for (size_t i = 0; i < json_array_size(warnings->list); i++) {
+        const char *given = json_string_value(json_object_get(json_array_get(warnings->list, i), "code"));
+        if (given != NULL && strcmp(given, code) == 0)
+            return true;
+    }
+    return false;
 }
 
 json_t *kt_warnings_describe(const kt_warnings *warnings) {

@@ -39,6 +39,9 @@ static inline kt_warning kt_warning_of(const char *code, double value, const cha
  * format gives FACT, a sentence without its full stop. Texts are copied. */
 void kt_warn(kt_warnings *warnings, const kt_warning *warning, const char *format, ...) KT_PRINTF(3, 4);
 
+/* Returns whether a warning with this code was given. */
+bool kt_warnings_have(const kt_warnings *warnings, const char *code);
+
 /* Returns the list for a summary: [{"code", "what", "remedy", "time", "value", "unit"}, ...], a new reference. */
 json_t *kt_warnings_describe(const kt_warnings *warnings);
 

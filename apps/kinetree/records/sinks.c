@@ -9,7 +9,6 @@
 static double larger_residual(double a, double b) { return a > b ? a : b; }
 
 static void watch_record(kt_outcome *outcome, const kt_record *record) {
-    kt_energy_watch_add(&outcome->so_far.energy, record);
     if (!isnan(record->constraint.position)) {
         outcome->so_far.constraint.position =
             larger_residual(outcome->so_far.constraint.position, record->constraint.position);
@@ -58,10 +57,7 @@ int kt_take_record(const kt_record *record, void *user) {
     kt_watch_shares(sinks->outcome, record);
     if (sinks->outcome->check != NULL)
         kt_error_check_take(sinks->outcome->check, sinks->outcome->model, record);
-    kt_growth_add(&sinks->outcome->so_far.growth, record, sinks->outcome->run->duration);
-    kt_watch_step(sinks->modes, sinks->outcome, record);
-    kt_watch_stability(sinks->outcome, record);
-    kt_watch_correction(sinks->outcome);
+    kt_watch_motion(sinks->outcome, sinks->modes, record);
     kt_results *results = sinks->results;
     const double *values = kt_columns_evaluate(&results->columns, record);
     kt_extremes_add(&sinks->outcome->extremes, record->t, values);

@@ -16,18 +16,17 @@ enum { FIRST = 1000, STRIDE = 8 };
 
 static double larger_size(double most, double x) { return fabs(x) > most ? fabs(x) : most; }
 
-static void watch_moved(kt_steps *steps, const double *q, const double *v, const double *x) {
-    const kt_model *model = steps->columns->model;
-    const int nq = kt_model_nq(model), states = kt_auxiliary_state_count(model);
-    kt_moved *moved = steps->moved;
+void kt_moved_take(kt_moved *moved, const kt_model *model, const double *start, const double *q, const double *v,
+                   const double *x) {
+    const int nq = kt_model_nq(model), states = x != NULL ? kt_auxiliary_state_count(model) : 0;
     for (int i = 0; i < nq; i++) {
-        moved->position = larger_size(moved->position, q[i] - steps->start[i]);
+        moved->position = larger_size(moved->position, q[i] - start[i]);
         moved->size = larger_size(moved->size, q[i]);
     }
     for (int i = 0; i < kt_model_nv(model); i++)
         moved->velocity = larger_size(moved->velocity, v[i]);
     for (int i = 0; i < states; i++)
-        moved->state = larger_size(moved->state, x[i] - steps->start[nq + i]);
+        moved->state = larger_size(moved->state, x[i] - start[nq + i]);
 }
 
 bool kt_steps_start(kt_steps *steps) {
@@ -47,7 +46,7 @@ bool kt_steps_start(kt_steps *steps) {
         steps->is_used[i] = kt_column_has_steps(source) && !kt_column_is_state(source);
         steps->needs_kinematics = steps->needs_kinematics || steps->is_used[i];
     }
-    watch_moved(steps, q, kt_simulation_velocities(steps->simulation), x);
+    kt_moved_take(steps->moved, columns->model, steps->start, q, kt_simulation_velocities(steps->simulation), x);
     return true;
 }
 
@@ -68,7 +67,7 @@ static void take_coordinates(kt_steps *steps, double time, const double *q, cons
                             : c->source == KT_COLUMN_VELOCITY ? v[c->at]
                                                               : x[c->at]);
     }
-    watch_moved(steps, q, v, x);
+    kt_moved_take(steps->moved, columns->model, steps->start, q, v, x);
 }
 
 static bool update_kinematics(kt_steps *steps, double time, const double *q, const double *v) {

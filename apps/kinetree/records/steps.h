@@ -20,6 +20,10 @@ typedef struct kt_moved {
     uint64_t steps, next;      /* steps so far, and the next one whose kinematics are computed */
 } kt_moved;
 
+/* Takes a state. start: the first positions (nq) and auxiliary states. x may be NULL: auxiliary states are unknown. */
+void kt_moved_take(kt_moved *moved, const kt_model *model, const double *start, const double *q, const double *v,
+                   const double *x);
+
 /* A zero-initialised struct watches nothing. */
 typedef struct kt_steps {
     const kt_simulation *simulation;

@@ -307,15 +307,7 @@ static int run_simulation(const kt_run_arguments *arguments, kt_outcome *outcome
         kt_interrupt_end();
         kt_warn_of_rest(outcome);
         kt_warn_of_aliasing(outcome);
-        kt_warn_of_step(outcome, modes);
-        kt_warn_of_stability(outcome);
-        kt_warn_of_correction(outcome);
-        kt_warn_of_drift(outcome);
-        kt_warn_of_energy(outcome);
-        kt_warn_of_passages(outcome);
-        kt_warn_of_growth(outcome);
-        kt_warn_of_counts(outcome);
-        kt_warn_of_contacts(outcome);
+        kt_warn_of_motion(outcome, modes);
         kt_warn_of_shares(outcome);
         kt_warn_of_held_events(outcome);
         kt_warn_of_gaps(outcome);

@@ -284,6 +284,12 @@ void kt_warn_of_drift(kt_outcome *outcome);
 void kt_watch_stability(kt_outcome *outcome, const kt_record *record);
 void kt_warn_of_stability(kt_outcome *outcome);
 
+/* kt_watch_motion takes a record for the watches of the energy, the step, the stability, the corrections and the
+ * growth. kt_warn_of_motion warns at the end of what they have seen, of drift, and of what the simulation has counted.
+ * modes: of kt_watch_steps; NULL: fixed steps are not examined. */
+void kt_watch_motion(kt_outcome *outcome, kt_mode_watch *modes, const kt_record *record);
+void kt_warn_of_motion(kt_outcome *outcome, const kt_mode_watch *modes);
+
 /* Returns whether the work done is estimated at the ends of steps, to watch the energy. This holds for motions that are
  * damped or driven by forces, if the estimate costs little. If loops drive the motion, powers need accelerations and
  * reactions, so that the balance is recorded only on request. */
@@ -309,6 +315,8 @@ void kt_warn_of_aliasing(kt_outcome *outcome);
 /* Warns if the error of the energy exceeds KT_ENERGY_ERROR. */
 void kt_warn_of_energy(kt_outcome *outcome);
 
+/* Warns of what the start shows. */
+void kt_warn_of_start(kt_outcome *outcome);
 /* Lists the notes of an import, warns of what the start shows, and reports initial values that assembly has moved. */
 void kt_report_start(kt_outcome *outcome, bool quiet);
 
