@@ -18,6 +18,7 @@ from claims import claim, finish, note
 
 # What the headers hold for the compiler alone.
 OURS = r"\b(?:kt|KT)_\w+\b"
+SITE = 60_000_000  # bytes
 
 
 def preprocess(compiler, include, *options):
@@ -86,6 +87,15 @@ def long_groups(first):
     return [f"{name}: {count} entries" for name, count in groups.items() if count > 8] + ([] if len(groups) == 6 else [f"groups: {', '.join(groups)}"])
 
 
+def check_size(folder):
+    """The whole site, with the live pages of the gallery, if this build has them."""
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    size, gallery = (sum(path.stat().st_size for path in chosen) for chosen in (files, [path for path in files if path.parent.name == "gallery"]))
+    note(f"the site has {size / 1e6:.1f} MB, bound {SITE / 1e6:g}; of these {gallery / 1e6:.1f} MB are the gallery, "
+         f"which {'is' if (folder / 'gallery/engine.js').exists() else 'is not'} live")
+    claim("the_site_is_small", [] if 0 < size < SITE else [f"it has {size} bytes"])
+
+
 def main():
     include, site, compiler = pathlib.Path(sys.argv[1]), sys.argv[2], sys.argv[3:]
     with tempfile.TemporaryDirectory() as name:
@@ -124,6 +134,7 @@ def main():
                                                  re.findall(r"enum \[anonymous\]|enum @\d+", re.sub(r"<[^>]*>", "", text))}))
         claim("a_group_of_how_tos_has_at_most_eight", long_groups(first))
         claim("no_order_is_left_as_text", list(left_over(folder / "html")))
+        check_size(folder / "html")
     finish()
 
 
