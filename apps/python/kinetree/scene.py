@@ -424,10 +424,6 @@ class Scene:
         """
         return _json(self.command("modes", json=True, **options))
 
-    def response(self, **options: Any) -> Json:
-        """The frequency response to a force in a joint; options are those of ``kinetree response``, such as ``input="cart"``."""
-        return _json(self.command("response", json=True, **options))
-
     def equilibrium(self, **options: Any) -> Json:
         """The position of rest, and its stability.
 
