@@ -238,7 +238,36 @@ def check_random():
     return faults if tried > MECHANISMS / 2 and redundant > MECHANISMS / 4 else [*faults, f"only {redundant} of {tried}"]
 
 
+def windows(count, reads):
+    """A row of frames side by side. Every leg stands on a pin, and every bar ends at a pin of the next leg."""
+    scene = {"kinetree": 1, "gravity": [0, -9.81, 0], "bodies": [], "loops": [], "simulate": {"duration": 0.01},
+             "output": {"interval": 0.005, "record": ["position"] if reads else ["position", "reaction"]}}
+    for k in range(count + 1):
+        scene["bodies"].append({"name": f"leg{k}", "joint": {"type": "revolute", "axis": "z", "at": [k, 0, 0]}, "mass": 1, "markers": {"top": [0, 1, 0]},
+                                "shape": {"type": "rod", "to": [0, 1, 0], "radius": 0.05}})
+    for k in range(count):
+        scene["bodies"].append({"name": f"bar{k}", "parent": f"leg{k}", "joint": {"type": "revolute", "axis": "z", "at": [0, 1, 0]}, "mass": 1,
+                                "markers": {"end": [1, 0, 0]}, "shape": {"type": "rod", "to": [1, 0, 0], "radius": 0.05}})
+        scene["loops"].append({"name": f"pin{k}", "type": "revolute", "between": [f"bar{k}.end", f"leg{k + 1}.top"], "axis": "z"})
+    if reads:
+        scene["events"] = [{"name": "breaks", "when": "reaction.pin3.fx > 1e6", "then": "record"}]
+    return scene
+
+
+def check_large():
+    """Groups that are too large for the least sum are named if their reactions are recorded, or if an event reads one."""
+    faults = []
+    with tempfile.TemporaryDirectory() as folder:
+        for reads, names in ((False, "pin0, pin1, pin2, pin3, pin4, pin5 and 14 more"), (True, "pin3")):
+            rows, summary, words = run(folder, windows(20, reads))
+            said = [each["what"] for each in shared(summary)] if rows is not None else [words]
+            if len(said) != 1 or f"the reactions of loops {names}, and of joints" not in said[0]:
+                faults.append(f"reads {reads}: {said}")
+    return faults
+
+
 claim("a_fuse_breaks_at_its_share", check_fuse())
+claim("groups_that_are_too_large_are_named", check_large())
 claim("a_ring_of_gears_shares_its_torque", check_gears())
 claim("reactions_of_random_redundant_mechanisms_are_least", check_random())
 finish()
