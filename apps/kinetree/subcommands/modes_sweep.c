@@ -82,7 +82,7 @@ static int read_range(const char *text, kt_modes_sweep *s) {
 /* Shapes have the positions and velocities of all joints over their units, and auxiliary states. */
 static size_t shape_size(const kt_small_motion *motion) {
     const kt_linear_system *system = kt_linearization_system(motion->linearization);
-    return (size_t)(2 * system->coordinates + system->auxiliary_states);
+    return 2 * (size_t)system->coordinates + (size_t)system->auxiliary_states;
 }
 
 static bool keep_shape(const kt_small_motion *motion, int mode, double modulus, double *out) {

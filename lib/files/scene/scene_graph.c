@@ -107,7 +107,7 @@ bool kt_graph_loops_append(kt_reader *r, kt_description *description) {
     const int own = description->loop_count;
     if (g == NULL || g->loop_count == 0)
         return true;
-    const size_t all = (size_t)(own + g->loop_count);
+    const size_t all = (size_t)own + (size_t)g->loop_count;
     kt_loop *loops = kt_reader_take(r, &r->keep, all, sizeof *loops);
     kt_node **nodes = kt_reader_take(r, &r->scratch, all, sizeof *nodes);
     if (loops == NULL || nodes == NULL)
