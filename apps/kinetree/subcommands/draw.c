@@ -80,8 +80,7 @@ const kt_usage kt_usage_draw = {
                 "  kinetree draw pendulum.yaml --strobe 12 --until 0.8 --trace lower.tip\n"
                 "  kinetree draw four-bar.yaml --at 0,0.5,1,1.5\n"
                 "  kinetree draw four-bar.yaml --animate --until 2 --trace coupler.tip\n"
-                "  kinetree draw four-bar.yaml --animate --out frame.png && ffmpeg -framerate 25 -i frame-%04d.png "
-                "f.mp4\n",
+                "  kinetree draw four-bar.yaml --animate --out frame.png     frames for ffmpeg\n",
     .operands = "SCENE",
     .about = "Draws shapes, joints, loops, springs, markers and planes to scale.\n"
              "A body without a shape is drawn as thin rods between its joints, with a ball at its centre of mass.\n"

@@ -62,7 +62,7 @@ const kt_usage kt_usage_response = {
     .command = "response",
     .examples = "  kinetree response dc-motor.yaml --input rotor --plot bode.svg\n"
                 "  kinetree response quarter-car.yaml --input wheel --output position.car,position.wheel\n"
-                "  kinetree response cart-pole.yaml --input cart --at initial --out bode.csv\n",
+                "  kinetree response cart-pole.yaml --input cart --at initial --out b.csv\n",
     .operands = "SCENE",
     .about = "Linearises a scene and computes the response to a harmonic force in a joint.\n"
              "The amplitude is that of the output for a force of 1 N or a torque of 1 N m. The phase is in degrees; a "

@@ -61,7 +61,7 @@ static const kt_option options[] = {
               "continue from a checkpoint of the same run; the records continue in --out"),
     KT_OPTION(TEXT, "records", records, "FILE",
               "show the motion of these records (CSV, HDF5) instead of a run"), /* of `view` alone: the last four */
-    KT_OPTION(TEXT, "marks", marks, "SUMMARY", "mark the events in this summary of the records"),
+    KT_OPTION(TEXT, "marks", marks, "SUMMARY", "draw lines at the events in this summary of the records"),
     KT_FLAG("live", live,
             "let the page run the scene itself, with sliders for its numbers (needs a build with -Dbrowser=enabled)"),
     KT_FLAG("modes", modes,
