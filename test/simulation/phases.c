@@ -90,7 +90,7 @@ KT_TEST(event_joins_when_it_is_added) {
     kt_check_true("no part judges tries", !simulation->phases.judge);
     const kt_event event = {.name = "half", .function = passes_half};
     kt_need_fine("added", kt_simulation_event_add(simulation, &event, &error), &error);
-    kt_check_equal_int("hooks in a step", count_step_hooks(simulation), 6);
+    kt_check_equal_int("hooks in a step", count_step_hooks(simulation), 7);
     kt_check_true("the event judges tries", simulation->phases.judge);
 }
 

@@ -461,6 +461,8 @@ bool kt_contact_is_slipping(const kt_simulation *simulation, int k);
 void kt_contacts_renew_model(const kt_simulation *simulation);
 /* The same, unless nothing has been set. Cost: a comparison of two revisions. */
 void kt_contacts_renew(const kt_simulation *simulation);
+/* Takes over parameters that were set, and reports a contact that has been beyond its boundary since the start. */
+KT_CHECKED kt_status kt_contacts_start(kt_simulation *simulation, kt_error *error);
 
 /* The number of such loops of a model, closed and open. */
 size_t kt_contacts_of(const kt_model *model);

@@ -140,3 +140,11 @@ void kt_contacts_renew_model(const kt_simulation *simulation) {
     kt_mask_make(mask, mask->all, mask->model.set);
     kt_mask_put_ranks(mask, ranks);
 }
+
+kt_status kt_contacts_start(kt_simulation *simulation, kt_error *error) {
+    kt_phase_renew(simulation);
+    if (!simulation->memory.beyond)
+        return KT_OK;
+    simulation->memory.beyond = false;
+    return kt_phase_settle(simulation, error);
+}

@@ -321,16 +321,9 @@ static void limit_to_breakpoint(kt_simulation *simulation, kt_step_progress *pro
         end_at_breakpoint(c, *t_limit, fmin(c->next, *t_limit) - aside(simulation, c->next));
 }
 
-/* Progress of steps towards a breakpoint is judged by the whole motion (kt_integrator.until). */
-static kt_status enter_breakpoints(kt_simulation *simulation, const kt_step_progress *progress, kt_error *error) {
-    simulation->integrator->until = isfinite(progress->t_limit) ? progress->t_limit : 0.0;
-    return kt_simulation_pass_breakpoint(simulation, error);
-}
-
 static bool has_breakpoints(const kt_simulation *simulation) { return simulation->breakpoints.any; }
 
-const kt_part kt_breakpoint_part = {
-    .is_active = has_breakpoints, .enter = enter_breakpoints, .limit = limit_to_breakpoint};
+const kt_part kt_breakpoint_part = {.is_active = has_breakpoints, .limit = limit_to_breakpoint};
 
 /* ---- after a step of a method that does not see its end ---------------------------------------------------------- */
 

@@ -453,23 +453,11 @@ static void follow_model(kt_simulation *simulation) {
 
 static void resume_contacts(kt_simulation *simulation) { simulation->contact_time = (double)NAN; }
 
-/* Takes over parameters that were set, and reports a contact that has been beyond its boundary since the start. */
-kt_status kt_contacts_start(kt_simulation *simulation, kt_error *error) {
-    kt_phase_renew(simulation);
-    if (!simulation->memory.beyond)
-        return KT_OK;
-    simulation->memory.beyond = false;
-    return kt_phase_settle(simulation, error);
-}
-
 const kt_part kt_slip_part = {.is_active = has_slip, .begin = kt_contacts_begin_slip};
 
 const kt_part kt_contact_part = {.is_active = has_contacts,
                                  .start = kt_contacts_start,
-                                 .limit = kt_contacts_limit_step,
                                  .begin = kt_contacts_begin_prediction,
-                                 .check = kt_contacts_check_energy,
-                                 .retry = kt_contacts_retry,
                                  .rebind = follow_model,
                                  .renew = kt_contacts_renew,
                                  .variant = kt_contacts_open_model,
@@ -503,7 +491,7 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     simulation->memory.contacts.count = 0;
     for (int k = 0; k < c->n; k++)
         simulation->memory.contacts.count += !kt_contact_rubs(c, k);
-    kt_simulation_list_parts(simulation);
+    kt_parts_list(simulation);
     return status;
 }
 

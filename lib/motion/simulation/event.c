@@ -444,26 +444,6 @@ static kt_status begin_search_of_step(kt_simulation *simulation, kt_error *error
 
 static bool has_events(const kt_simulation *simulation) { return simulation->events.count > 0; }
 
-static void forget_values(kt_simulation *simulation) { simulation->events.time = (double)NAN; }
-
-KT_ARENA_ARRAYS(lay_out_events, kt_events, KT_EVENT_FIELDS, size_t n)
-
-static size_t measure_events(const kt_simulation_sizes *size) { return lay_out_events(NULL, NULL, size->event); }
-
-static void place_events(kt_simulation *simulation, void *memory) {
-    (void)lay_out_events(&simulation->events, memory, simulation->size.event);
-}
-
-const kt_part kt_event_part = {.measure = measure_events,
-                               .place = place_events,
-                               .is_active = has_events,
-                               .rebind = forget_values,
-                               .forget = forget_values,
-                               .resume = forget_values,
-                               .begin = begin_search_of_step,
-                               .check = reject_event_step,
-                               .accept = accept_events};
-
 /* ---- effects of events ------------------------------------------------------------------------------------------- */
 
 /* Passes on the record of an event: once before its action, and again after the action if the action changed the
@@ -546,6 +526,25 @@ static kt_status fire_all(kt_simulation *simulation, kt_recorder *recorder, void
     return renew_sides(simulation, error);
 }
 
-kt_status kt_simulation_fire(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
-    return simulation->memory.fires ? fire_all(simulation, recorder, user, error) : KT_OK;
+/* ---- the part of a simulation ------------------------------------------------------------------------------------ */
+
+static void forget_values(kt_simulation *simulation) { simulation->events.time = (double)NAN; }
+
+KT_ARENA_ARRAYS(lay_out_events, kt_events, KT_EVENT_FIELDS, size_t n)
+
+static size_t measure_events(const kt_simulation_sizes *size) { return lay_out_events(NULL, NULL, size->event); }
+
+static void place_events(kt_simulation *simulation, void *memory) {
+    (void)lay_out_events(&simulation->events, memory, simulation->size.event);
 }
+
+const kt_part kt_event_part = {.measure = measure_events,
+                               .place = place_events,
+                               .is_active = has_events,
+                               .rebind = forget_values,
+                               .forget = forget_values,
+                               .resume = forget_values,
+                               .begin = begin_search_of_step,
+                               .check = reject_event_step,
+                               .accept = accept_events,
+                               .fire = fire_all};

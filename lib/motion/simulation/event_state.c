@@ -23,7 +23,7 @@ void kt_event_append(kt_simulation *simulation, const kt_event *event) {
     simulation->event_root[k] = (kt_event_root){.due = 0};
     simulation->events.search[k] = (kt_event_search){.breakpoint = (double)NAN};
     simulation->events.time = (double)NAN;
-    kt_simulation_list_parts(simulation);
+    kt_parts_list(simulation);
 }
 
 kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *event, kt_error *error) {

@@ -7,6 +7,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "evaluate/evaluate.h"
+#include "integrator/integrator.h"
 #include "simulation/simulation.h"
 
 #include <math.h>
@@ -184,3 +185,13 @@ kt_status kt_simulation_strike_due(kt_simulation *simulation, kt_error *error) {
         kt_simulation_recall_breakpoints(simulation);
     return c->strikes && c->end == t ? kt_simulation_pass_breakpoint(simulation, error) : KT_OK;
 }
+
+/* Progress of steps towards a breakpoint is judged by the whole motion (kt_integrator.until). */
+static kt_status enter_breakpoints(kt_simulation *simulation, const kt_step_progress *progress, kt_error *error) {
+    simulation->integrator->until = isfinite(progress->t_limit) ? progress->t_limit : 0.0;
+    return kt_simulation_pass_breakpoint(simulation, error);
+}
+
+static bool has_breakpoints_of_time(const kt_simulation *simulation) { return simulation->breakpoints.any; }
+
+const kt_part kt_jump_part = {.is_active = has_breakpoints_of_time, .enter = enter_breakpoints};

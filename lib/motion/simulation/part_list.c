@@ -8,9 +8,10 @@
 #include "simulation/simulation.h"
 
 static const kt_part *const parts[] = {
-    &kt_input_part,        &kt_breakpoint_part, &kt_missed_end_part, &kt_newton_part,  &kt_gap_part,    &kt_leap_part,
-    &kt_missed_piece_part, &kt_slip_part,       &kt_event_part,      &kt_contact_part, &kt_moreau_part, &kt_count_part,
-    &kt_balance_part,      &kt_power_part,      &kt_state_part,      &kt_failure_part,
+    &kt_input_part,   &kt_jump_part,  &kt_breakpoint_part,   &kt_missed_end_part, &kt_newton_part,
+    &kt_gap_part,     &kt_leap_part,  &kt_missed_piece_part, &kt_slip_part,       &kt_event_part,
+    &kt_contact_part, &kt_retry_part, &kt_moreau_part,       &kt_count_part,      &kt_balance_part,
+    &kt_power_part,   &kt_state_part, &kt_failure_part,
 };
 
 enum { PARTS = sizeof parts / sizeof *parts };
@@ -19,7 +20,7 @@ _Static_assert((int)PARTS <= (int)KT_PARTS_MOST, "each phase has room for all pa
 size_t kt_simulation_measure_parts(const kt_simulation_sizes *size) { return kt_parts_measure(size, parts, PARTS); }
 
 void kt_simulation_place_parts(kt_simulation *simulation) {
-    kt_parts_place(simulation, simulation->part_memory, parts, PARTS);
+    simulation->parts = parts;
+    simulation->part_count = PARTS;
+    kt_parts_place(simulation, simulation->part_memory);
 }
-
-void kt_simulation_list_parts(kt_simulation *simulation) { kt_parts_list(simulation, parts, PARTS); }

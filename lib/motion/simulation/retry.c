@@ -58,8 +58,8 @@ static bool gains_energy(kt_simulation *simulation) {
 
 /* Fails a step along which contacts that slip gained energy, so that it is repeated. */
 /* NOLINTNEXTLINE(readability-non-const-parameter): a hook of the phase `check` */
-kt_status kt_contacts_check_energy(kt_simulation *simulation, kt_step_progress *progress, kt_verdict *verdict,
-                                   kt_error *error) {
+static kt_status check_energy(kt_simulation *simulation, kt_step_progress *progress, kt_verdict *verdict,
+                              kt_error *error) {
     kt_integrator *integrator = simulation->integrator;
     (void)progress, (void)verdict, (void)error;
     if (!gains_energy(simulation))
@@ -85,7 +85,7 @@ static bool may_pass(const kt_simulation *simulation, kt_status status) {
     return kt_simulation_is_recoverable(cause) && simulation->ahead && status != KT_ERROR_STEP;
 }
 
-void kt_contacts_limit_step(kt_simulation *simulation, kt_step_progress *progress) {
+static void limit_step(kt_simulation *simulation, kt_step_progress *progress) {
     double *h = &simulation->memory.shortened;
     simulation->contacts->retry = (kt_contact_retry){.t_limit = progress->t_limit};
     if (!(*h > 0.0))
@@ -123,7 +123,7 @@ static bool shorten_step(kt_simulation *simulation, kt_status status, double *t_
     return true;
 }
 
-bool kt_contacts_retry(kt_simulation *simulation, kt_step_progress *progress, kt_status failed) {
+static bool retry_step(kt_simulation *simulation, kt_step_progress *progress, kt_status failed) {
     kt_contact_retry *retry = &simulation->contacts->retry;
     if (shorten_step(simulation, failed, &progress->t_limit))
         return true;
@@ -131,3 +131,10 @@ bool kt_contacts_retry(kt_simulation *simulation, kt_step_progress *progress, kt
     progress->t_limit = retry->t_limit;
     return kt_contacts_free_wedged(simulation, &retry->attempt);
 }
+
+static bool retries_steps(const kt_simulation *simulation) {
+    return simulation->contacts != NULL && !simulation->steps_over_contacts;
+}
+
+const kt_part kt_retry_part = {
+    .is_active = retries_steps, .limit = limit_step, .check = check_energy, .retry = retry_step};

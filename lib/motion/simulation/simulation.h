@@ -10,15 +10,13 @@
 /* Adds an event whose name is known to be free, and for which there is room. */
 void kt_event_append(kt_simulation *simulation, const kt_event *event);
 
-/* Lists the hooks of the active parts (part_list.c), after the model or the number of events has changed. */
-void kt_simulation_list_parts(kt_simulation *simulation);
-/* Bytes of the parts' own memory, and its initialisation. */
+/* Bytes of the parts' own memory, and its initialisation (part_list.c). */
 size_t kt_simulation_measure_parts(const kt_simulation_sizes *size);
 void kt_simulation_place_parts(kt_simulation *simulation);
 /* The parts, in the files of their features. */
-extern const kt_part kt_input_part, kt_breakpoint_part, kt_missed_end_part, kt_missed_piece_part, kt_gap_part,
-    kt_leap_part, kt_slip_part, kt_event_part, kt_contact_part, kt_moreau_part, kt_count_part, kt_balance_part,
-    kt_power_part, kt_newton_part, kt_state_part, kt_failure_part;
+extern const kt_part kt_input_part, kt_jump_part, kt_retry_part, kt_breakpoint_part, kt_missed_end_part,
+    kt_missed_piece_part, kt_gap_part, kt_leap_part, kt_slip_part, kt_event_part, kt_contact_part, kt_moreau_part,
+    kt_count_part, kt_balance_part, kt_power_part, kt_newton_part, kt_state_part, kt_failure_part;
 
 /* The sizes that differ between the variants of a model (model/switching.h). X(member) */
 #define KT_SIMULATION_OF_MODEL(X) X(gap) X(multiplier) X(free) X(basis) X(along) X(stiffness_work)
@@ -46,12 +44,6 @@ size_t kt_simulation_undo_size(const kt_simulation_sizes *size);
 void kt_simulation_begin_change(kt_simulation *simulation);
 kt_status kt_simulation_end_change(kt_simulation *simulation, kt_status status);
 
-/* Hooks of hard contacts (contacts.c, retry.c). Time stepping shares the first one. */
-KT_CHECKED kt_status kt_contacts_start(kt_simulation *simulation, kt_error *error);
-void kt_contacts_limit_step(kt_simulation *simulation, kt_step_progress *progress);
-KT_CHECKED kt_status kt_contacts_check_energy(kt_simulation *simulation, kt_step_progress *progress,
-                                              kt_verdict *verdict, kt_error *error);
-bool kt_contacts_retry(kt_simulation *simulation, kt_step_progress *progress, kt_status failed);
 /* Frees a contact that friction wedges, from the attempt *attempt on. Returns whether a step may be tried. */
 bool kt_contacts_free_wedged(kt_simulation *simulation, int *attempt);
 
@@ -223,10 +215,6 @@ KT_CHECKED kt_status kt_simulation_record_event(kt_simulation *simulation, const
  * make this call (kt_simulation.within). */
 KT_CHECKED kt_status kt_simulation_require_outermost(const kt_simulation *simulation, const char *call,
                                                      kt_error *error);
-
-/* Applies the events that happened at the present time and have not taken effect yet (event.c): the events of the last
- * step, or the events that a previous call did not apply. Hands their records to the recorder, unless that is NULL. */
-KT_CHECKED kt_status kt_simulation_fire(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error);
 
 /* The part of kt_simulation_run before its first record. */
 KT_CHECKED kt_status kt_simulation_begin_run(kt_simulation *simulation, kt_error *error);

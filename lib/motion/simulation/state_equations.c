@@ -313,7 +313,7 @@ void kt_simulation_follow_model(kt_simulation *simulation) {
     simulation->watches_ends = breakpoints && adapts && simulation->lacks_end_stage;
     simulation->near_singular = false;
     kt_simulation_renew_breakpoints(simulation);
-    kt_simulation_list_parts(simulation);
+    kt_parts_list(simulation);
     kt_phase_rebind(simulation);
 }
 

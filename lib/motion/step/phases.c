@@ -9,9 +9,10 @@ size_t kt_parts_measure(const kt_simulation_sizes *size, const kt_part *const *p
     return bytes;
 }
 
-void kt_parts_place(kt_simulation *simulation, void *memory, const kt_part *const *parts, size_t count) {
+void kt_parts_place(kt_simulation *simulation, void *memory) {
     char *at = memory;
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < simulation->part_count; i++) {
+        const kt_part *const *parts = simulation->parts;
         const size_t bytes = parts[i]->measure != NULL ? parts[i]->measure(&simulation->size) : 0;
         if (bytes > 0)
             parts[i]->place(simulation, at);
@@ -20,9 +21,10 @@ void kt_parts_place(kt_simulation *simulation, void *memory, const kt_part *cons
 }
 
 /* The active parts, a bit for each. */
-static uint32_t active_parts_of(const kt_simulation *simulation, const kt_part *const *parts, size_t count) {
+static uint32_t active_parts_of(const kt_simulation *simulation) {
+    const kt_part *const *parts = simulation->parts;
     uint32_t active = 0;
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; i < simulation->part_count; i++)
         if (parts[i]->is_active == NULL || parts[i]->is_active(simulation))
             active |= (uint32_t)1 << i;
     return active;
@@ -34,8 +36,8 @@ static uint32_t active_parts_of(const kt_simulation *simulation, const kt_part *
         phases->phase[counts.phase++] = part->phase;
 #define KT_PHASE_COUNT(result, phase, parameters, meaning) size_t phase;
 
-void kt_parts_list(kt_simulation *simulation, const kt_part *const *parts, size_t count) {
-    const uint32_t active = active_parts_of(simulation, parts, count);
+void kt_parts_list(kt_simulation *simulation) {
+    const uint32_t active = active_parts_of(simulation);
     kt_phases *phases = &simulation->phases;
     struct {
         KT_PHASES(KT_PHASE_COUNT)
@@ -43,8 +45,8 @@ void kt_parts_list(kt_simulation *simulation, const kt_part *const *parts, size_
     if (active == phases->active)
         return;
     *phases = (kt_phases){.active = active};
-    for (size_t i = 0; i < count; i++) {
-        const kt_part *part = parts[i];
+    for (size_t i = 0; i < simulation->part_count; i++) {
+        const kt_part *part = simulation->parts[i];
         if ((active >> i & 1) == 0)
             continue;
         KT_PHASES(KT_PHASE_ADD)
@@ -93,5 +95,13 @@ kt_status kt_phase_settle(kt_simulation *simulation, kt_error *error) {
     kt_status status = KT_OK;
     for (kt_hook_of_settle *const *hook = simulation->phases.settle; status == KT_OK && *hook != NULL; hook++)
         status = (*hook)(simulation, error);
+    return status;
+}
+
+kt_status kt_simulation_fire(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
+    kt_status status = KT_OK;
+    kt_hook_of_fire *const *hook = simulation->phases.fire;
+    for (; status == KT_OK && simulation->memory.fires && *hook != NULL; hook++)
+        status = (*hook)(simulation, recorder, user, error);
     return status;
 }

@@ -48,7 +48,8 @@ typedef enum kt_verdict {
     X(bool, retry, (kt_simulation *, kt_step_progress *, kt_status), "the tries failed; true: begin once more")        \
     X(void, count, (kt_simulation *), "the step has ended, with or without success")                                   \
     X(kt_status, explain, (kt_simulation *, const kt_error *, kt_error *), "the step failed: reports the cause")       \
-    X(void, finish, (kt_simulation *), "the step succeeded")
+    X(void, finish, (kt_simulation *), "the step succeeded")                                                           \
+    X(kt_status, fire, (kt_simulation *, kt_recorder *, void *, kt_error *), "events of the step take effect")
 
 #define KT_PHASES_OF_CHANGES(X)                                                                                        \
     X(void, rebind, (kt_simulation *), "data belong to another variant of the model")                                  \
@@ -86,7 +87,7 @@ typedef struct kt_part {
 #undef KT_PHASE_MEMBER
 
 /* The largest number of parts. */
-enum { KT_PARTS_MOST = 16 };
+enum { KT_PARTS_MOST = 24 };
 
 /* The hooks of the active parts, a list for each phase, which NULL ends. */
 #define KT_PHASE_LIST(result, phase, parameters, meaning) kt_hook_of_##phase *phase[KT_PARTS_MOST + 1];
@@ -97,12 +98,12 @@ typedef struct kt_phases {
 } kt_phases;
 #undef KT_PHASE_LIST
 
-/* Lists the hooks of the active parts among `count` parts. Cost: O(count), if the same parts are active as before. */
-void kt_parts_list(kt_simulation *simulation, const kt_part *const *parts, size_t count);
+/* Lists the hooks of the active parts among simulation->parts. Cost: O(parts), if the same are active as before. */
+void kt_parts_list(kt_simulation *simulation);
 
 /* Returns the bytes of the memory of all parts, and initialises the memory, which is clear. */
 size_t kt_parts_measure(const kt_simulation_sizes *size, const kt_part *const *parts, size_t count);
-void kt_parts_place(kt_simulation *simulation, void *memory, const kt_part *const *parts, size_t count);
+void kt_parts_place(kt_simulation *simulation, void *memory);
 
 /* Phases outside of steps. */
 void kt_phase_rebind(kt_simulation *simulation);
@@ -126,6 +127,11 @@ void kt_phase_prepare(kt_simulation *simulation);
 KT_CHECKED kt_status kt_phase_check(kt_simulation *simulation, kt_step_progress *progress, bool *again,
                                     kt_error *error);
 KT_CHECKED kt_status kt_phase_end(kt_simulation *simulation, kt_status status, const kt_error *from, kt_error *error);
+
+/* Applies the events that happened at the present time and have not taken effect yet (phase `fire`): the events of the
+ * last step, or the events that a previous call did not apply. Hands their records to the recorder, unless that is
+ * NULL. */
+KT_CHECKED kt_status kt_simulation_fire(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error);
 
 /* Takes one step, of at most t_limit. Records are not handed over, and events at the end of the step have not taken
  * effect (memory.fires). */

@@ -298,6 +298,8 @@ struct kt_simulation {
     const kt_transformation *transformation; /* from one to the other, or NULL */
     kt_data *data, *user_data;               /* scratch; identical if the models are identical */
     kt_integrator *integrator;
+    const kt_part *const *parts;   /* all parts, in their order; */
+    size_t part_count;             /* their number */
     kt_phases phases;              /* the hooks of the active parts */
     kt_method method;              /* the method of the run, if it is given by rho */
     const double *tau;             /* inputs of the last step: nv, or NULL */
