@@ -305,7 +305,8 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
  *   "joint_spring": -stiffness (q - rest(t)) - damping v in a joint.
  *   "joint_damper": -damping v in a joint.
  *   "joint_friction": -(coulomb + (breakaway - coulomb) exp(-(v / stribeck)^2)) tanh(v / smoothing) - viscous v. With
- *     `stick` the sign of v replaces tanh, and friction at rest is a constraint.
+ *     `stick` the sign of v replaces tanh, and friction at rest is a constraint. `friction` and `efficiency` add a part
+ *     that grows with a reaction to coulomb (lib/mechanics/evaluate/load_friction.c).
  *   "joint_limit": no force between lower and upper. Beyond them, stiffness times the excess acts back, and a damping
  *     that grows from zero with the excess. Therefore the force is continuous and never pulls back. With a restitution,
  * the effect is a pair of hard stops.
@@ -377,6 +378,8 @@ typedef struct kt_effect {
     double breakaway;      /* joint_friction: at rest, N (m); not below coulomb; default (0): as coulomb */
     double stribeck;       /* joint_friction: speed over which breakaway falls to coulomb, rad/s or m/s; default 0.01 */
     double smoothing;      /* joint_friction: speed over which the force changes sign; default 1e-3 */
+    double efficiency;     /* joint_friction: part of the power that the loop `load` passes on; default 1 */
+    const char *load;      /* joint_friction: the loop whose force causes the friction; NULL: the joint's reaction */
     double lower, upper;   /* joint_limit: rad or m, at least one is needed; servo: hard bounds of the force, N (m).
                               Default: infinite, which means none */
     double stiffnesses[6]; /* bushing: x, y, z in N/m, about x, y, z in N m/rad; default 0 */
@@ -395,14 +398,16 @@ typedef struct kt_effect {
     double strength;       /* attraction: N m^2; negative: repulsion */
 
     kt_vec3 axis;       /* contact: the plane's normal in the second end's frame, out of the half-space; default z */
-    double radius;      /* contact: of the sphere or disc, m; default 0, a point */
+    double radius;      /* contact: of the sphere or disc, m; default 0, a point. joint_friction: the arm of `friction`
+                           in a joint that turns, m */
     kt_vec3 axle;       /* contact: the axis of a thin disc in the first end's frame. The rim of the disc then replaces
                            the sphere. Default 0: a sphere */
     double radius2;     /* hard contact: of a sphere about the second end, in place of the plane, m; default 0: a plane.
                            Spheres with friction need time stepping (KT_CONTACT_STEPS) */
     double exponent;    /* contact: 1 or more; default 1.5, Hertz's */
     double dissipation; /* contact: s/m; after an impact at a slow v the speed is v - dissipation v^2; default 0 */
-    double friction;    /* contact: coefficient; default 0. Friction of a hard contact (restitution) sticks */
+    double friction;    /* contact: coefficient; default 0. Friction of a hard contact (restitution) sticks.
+                           joint_friction: likewise, of the joint's reaction or of the force of `load` */
     double slip;        /* elastic contact: slip speed over which friction builds up, m/s; default 1e-3 */
     double rolling;     /* elastic contact: the arm of rolling friction, m; default 0 */
     double torsion;     /* elastic contact: the arm of friction against a spin about the normal, m; default 0 */

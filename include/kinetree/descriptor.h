@@ -46,6 +46,7 @@ typedef enum kt_key_kind {
     KT_KEY_FORMULAS,  /* const char *[3]: one formula, or three */
     KT_KEY_CORNERS,   /* kt_shape.points: a list of [x, y] */
     KT_KEY_PATH,      /* kt_effect.path: a list of points and surfaces */
+    KT_KEY_LOOP,      /* const char *: the name of a loop between two ends */
     KT_KEY_KIND_COUNT /* how many */
 } kt_key_kind;
 

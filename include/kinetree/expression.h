@@ -17,11 +17,14 @@
  *
  * Grammar, weakest operators first:
  *
+ *     condition    conjunction {or conjunction}                            of comparisons
+ *     conjunction  negation {and negation}
+ *     negation     not negation | comparison
  *     comparison   sum [(< | <= | > | >= | == | !=) sum]                   1 if it holds, else 0
  *     sum          product {(+ | -) product}                               from left to right
  *     product      factor {(* | /) factor}                                 from left to right
  *     factor       (- | +) factor | primary [^ factor]                     -2^2 is -4, 2^3^2 is 2^9
- *     primary      number [deg | rad] | name | function(arguments) | (comparison)
+ *     primary      number [deg | rad] | name | function(arguments) | (condition)
  *
  * A number is decimal, such as 1e-3. A name begins with a letter or _, and may have letters, digits, _, dots and [k].
  * A name may have hyphens, too, if a symbol with this name exists: a-b is a difference unless there is a symbol 'a-b'.

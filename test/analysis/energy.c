@@ -62,7 +62,8 @@ KT_TEST(effects_tell_what_they_can_do_to_the_energy) {
             e->type = (kt_effect_type)type;
             e->stiffness = 3.0;
             e->lower = -1.0;
-            e->damping = e->dampings[4] = e->viscous = e->quadratic = e->friction = c;
+            e->damping = e->dampings[4] = e->viscous = e->quadratic = c;
+            e->friction = type == KT_EFFECT_CONTACT ? c : 0.0;
             e->strength = 1.0;
             if (type == KT_EFFECT_EXPRESSION) {
                 e->formula[0] = "1";

@@ -48,7 +48,7 @@ static void draw_numbers(kt_effect *e, kt_random *random) {
     e->radius = kt_random_int(random, 0, 1) ? kt_random_uniform(random, 0.0, 2.0) : 0.0;
     e->exponent = kt_random_int(random, 0, 1) ? 1.5 : 1.0;
     e->dissipation = 0.3;
-    e->friction = kt_random_int(random, 0, 1) ? 0.4 : 0.0;
+    e->friction = kt_random_int(random, 0, 1) && e->type == KT_EFFECT_CONTACT ? 0.4 : 0.0;
     e->slip = 0.1;
     e->linear = 0.6;
     e->quadratic = 0.3;

@@ -73,7 +73,7 @@ static void describe(stage *s) {
         e->strength = 2.5;
         e->radius = 0.3;
         e->dissipation = 0.2;
-        e->friction = 0.4;
+        e->friction = e->type == KT_EFFECT_CONTACT ? 0.4 : 0.0;
         e->slip = 0.5;
         for (int k = 0; k < 6; k++) {
             e->stiffnesses[k] = 2.0 + k;

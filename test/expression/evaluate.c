@@ -44,6 +44,9 @@ static const real pi = 3.14159265358979323846264338327950288L;
     F("clamp(3*x, 0.5, y)", fminl(fmaxl(3.0L * x, 0.5L), y))                                                           \
     F("(x < y) + 2*(x <= y) + 4*(x > y)", (x < y) + 2 * (x <= y) + 4 * (x > y) + 0.0L)                                 \
     F("(x >= y) + 2*(x == x) + 4*(x != x)", (x >= y) + 2.0L)                                                           \
+    F("x < y and y < 1 or x > 1.2", (x < y && y < 1.0L) || x > 1.2L)                                                   \
+    F("2*(x < y and not (y > 1 or x > 0.5)) + (not x < y)", 2 * (x < y && !(y > 1.0L || x > 0.5L)) + !(x < y) + 0.0L)  \
+    F("not not x < 1 and 1 < 2", x < 1.0L)                                                                             \
     F("30 deg + 1 rad*x", pi / 6.0L + x)                                                                               \
     F("1e-3*x + .5e1*y + 2.E+0", 0.001L * x + 5.0L * y + 2.0L)                                                         \
     F("  ( ( x ) )  ", x)

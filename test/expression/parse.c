@@ -82,6 +82,12 @@ KT_TEST(faults_have_a_column_and_a_remedy) {
         {"length $ 2", 8, "an operator is missing before '$'"},
         {"2 \xC3\xA4", 3, "an operator is missing before"},
         {"1,5", 2, "an operator is missing before ','"},
+        {"length and t > 1", 1, "'and' joins comparisons, and this is a number; write x != 0"},
+        {"t > 1 or 2", 10, "'or' joins comparisons"},
+        {"not t", 5, "'not' joins comparisons"},
+        {"t > 1 and", 10, "missing before the end"},
+        {"1or 2", 1, "'or' joins comparisons"},
+        {"t > 1 nand t < 2", 7, "an operator is missing before 'nand'"},
     };
     for (size_t k = 0; k < sizeof faults / sizeof *faults; k++) {
         const kt_expression *formula = (const kt_expression *)memory;

@@ -63,6 +63,30 @@ static double time_at(double level, double sign) {
     return (4.0 + sign * sqrt(16.0 + 2.0 * 9.81 * (0.9 - level))) / 9.81;
 }
 
+/* A condition of several comparisons becomes true when its last comparison does. */
+KT_TEST(several_comparisons_are_one_event) {
+    static const struct {
+        const char *when;
+        double level, sign;
+    } cases[] = {{"marker.stone.foot.vy < 0 and marker.stone.foot.y < 1.2", 1.2, 1.0},
+                 {"marker.stone.foot.vy < 0 or marker.stone.foot.y > 1.2", 1.2, -1.0},
+                 {"not marker.stone.foot.y < 1.5 and t > 0.01", 1.5, -1.0},
+                 {"not (marker.stone.foot.y >= 1 or marker.stone.foot.vy > 0)", 1.0, 1.0}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char text[900];
+        rows r = {0};
+        (void)snprintf(
+            text, sizeof text,
+            "kinetree: 1\ngravity: [0, -9.81, 0]\nbodies:\n  - name: stone\n    joint: {type: free, position: "
+            "{position: [0, 1, 0]}, velocity: {linear: [3, 4, 0]}}\n    mass: 1\n    inertia: [1, 1, 1]\n"
+            "    markers: {foot: [0, -0.1, 0]}\nsimulate: {duration: 10, until: \"%s\"}\n",
+            cases[k].when);
+        const running m = running_start(text, NULL);
+        kt_test_run(m.simulation, keep, &r);
+        kt_check_near(cases[k].when, kt_simulation_time(m.simulation), time_at(cases[k].level, cases[k].sign), 1e-12);
+    }
+}
+
 KT_TEST(a_run_has_the_events_of_its_scene) {
     running untold;
     kt_scene_watch *watch = NULL;

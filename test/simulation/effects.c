@@ -65,7 +65,7 @@ static void draw_effects(stage *s, kt_random *random, loss_kind kind) {
         e->axis = kt_tree_direction(random);
         e->radius = kt_random_uniform(random, 0.0, 0.5);
         e->dissipation = 0.1 * loss;
-        e->friction = 0.3 * loss;
+        e->friction = e->type == KT_EFFECT_CONTACT ? 0.3 * loss : 0.0;
         for (int i = 0; i < 6; i++) {
             e->stiffnesses[i] = kt_random_uniform(random, 0.5, 2.0);
             e->dampings[i] = 0.2 * loss;

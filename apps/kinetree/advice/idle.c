@@ -32,8 +32,10 @@ static const char *missing_keys_of(const kt_effect *e) {
     case KT_EFFECT_BUSHING:
         return all_are_zero(e->stiffnesses, 6) && all_are_zero(e->dampings, 6) ? "`stiffness` or `damping`" : NULL;
     case KT_EFFECT_JOINT_FRICTION:
-        return e->coulomb == 0.0 && !(e->breakaway > 0.0) && e->viscous == 0.0 ? "`coulomb`, `static` or `viscous`"
-                                                                               : NULL;
+        return e->coulomb == 0.0 && !(e->breakaway > 0.0) && e->viscous == 0.0 && e->friction == 0.0 &&
+                       e->efficiency == 1.0
+                   ? "`coulomb`, `static`, `viscous`, `coefficient` or `efficiency`"
+                   : NULL;
     case KT_EFFECT_DRAG:
         return e->linear == 0.0 && e->quadratic == 0.0 && all_are_zero(e->dampings, 6) && all_are_zero(e->quadratics, 6)
                    ? "`linear` or `quadratic`"

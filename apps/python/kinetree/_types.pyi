@@ -117,8 +117,9 @@ class _Effect:
         """a spring and a damper in a joint"""
     def joint_damper(self, *, joint: str, damping: Number, name: str = ..., switched: bool = ...) -> Json:
         """a linear damper in a joint"""
-    def joint_friction(self, *, joint: str, name: str = ..., switched: bool = ..., coulomb: Number = 0.0, viscous: Number = 0.0, static: Number = ...,
-        stribeck: Number = 0.01, smoothing: Number = 0.001, stick: Union[bool, str] = False) -> Json:
+    def joint_friction(self, *, joint: str, name: str = ..., switched: bool = ..., coulomb: Number = 0.0, coefficient: Number = 0.0, radius: Number =
+        0.0, efficiency: Number = 1.0, load: str = ..., viscous: Number = 0.0, static: Number = ..., stribeck: Number = 0.01, smoothing: Number =
+        0.001, stick: Union[bool, str] = False) -> Json:
         """dry and viscous friction in a joint, with Stribeck's curve"""
     def joint_limit(self, *, joint: str, name: str = ..., switched: bool = ..., lower: Number = ..., upper: Number = ..., stiffness: Number = 0.0,
         damping: Number = 0.0, restitution: Number = ..., rest_velocity: Number = 1e-06, poisson: Union[bool, str] = False) -> Json:

@@ -25,7 +25,7 @@ End = Union[str, Json]
 KINDS = {"NUMBER": "Number", "SIX": "Numbers", "VECTOR": "Numbers", "AXIS": "Axis", "FLAG": "Union[bool, str]", "FRAME": "str", "END": "End",
          "ENDS": "Sequence[End]", "BODY": "str", "POINT": "Union[str, Numbers]", "JOINT": "str", "DISTANCE": "Number", "POSITION": "Union[Numbers, Json]",
          "VELOCITY": "Union[Numbers, Json]", "ARMATURE": "Numbers", "FORMULA": "Number", "FORMULAS": "Union[Number, Sequence[Number]]",
-         "FUNCTION": "Union[Number, Json]"}
+         "FUNCTION": "Union[Number, Json]", "LOOP": "str"}
 COMMON = {"joint": {"name": "str", "guess": "Numbers", "limits": "Json"}, "loop": {"name": "str", "switched": "bool"},
           "effect": {"name": "str", "switched": "bool"}, "shape": {}}
 DEFAULTS = {"joint": kt.lib.kt_joint_default, "loop": kt.lib.kt_loop_default, "effect": kt.lib.kt_effect_default, "shape": kt.lib.kt_shape_default}

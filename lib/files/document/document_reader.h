@@ -151,7 +151,7 @@ typedef struct kt_table {
     const char *example; /* "{linear: [...], angular: [...]}": where no mapping is found; NULL: none */
 } kt_table;
 
-enum { KT_TABLE_COUNT_MAX = 48 };
+enum { KT_TABLE_COUNT_MAX = 64 };
 
 /* The address of a field. */
 static inline void *kt_field_in(void *object, const kt_field *field) { return (char *)object + field->offset; }

@@ -205,6 +205,9 @@ static void report_misspelt(kt_reading *reading, kt_node *key) {
                 kt_name_quote(key->of.text).text, nearest.best);
 }
 
+/* So many keys fit into a message. Only a mapping of unknown type has more, since it can have the keys of all types. */
+enum { LISTED_KEYS = 40 };
+
 static void report_unknown_key(kt_reading *reading, kt_node *key) {
     const kt_fields *fields = &reading->fields;
     kt_phrase what = {.length = 0};
@@ -214,11 +217,14 @@ static void report_unknown_key(kt_reading *reading, kt_node *key) {
         kt_fault_at(reading->r, KT_ERROR_SCENE, reading->scope, key, "%s", what.text);
         return;
     }
-    for (int i = 0; i < fields->count && !reading->are_keys_listed; i++) {
+    const int listed = fields->count < LISTED_KEYS ? fields->count : LISTED_KEYS;
+    for (int i = 0; i < listed && !reading->are_keys_listed; i++) {
         kt_phrase_add(&what, "%s %s", i > 0 ? "," : "; it can be", fields->field[i].key);
         if (fields->field[i].also != NULL)
             kt_phrase_add(&what, ", %s", fields->field[i].also);
     }
+    if (listed < fields->count && !reading->are_keys_listed)
+        kt_phrase_add(&what, ", and keys of other types");
     reading->are_keys_listed = true;
     report_key(reading, key, what.text);
 }

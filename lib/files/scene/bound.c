@@ -6,6 +6,7 @@
 #include "scene/bound.h"
 
 #include "expression/expression.h"
+#include "expression/margin.h"
 #include "expression/part.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/mechanism.h"
@@ -75,24 +76,15 @@ static bool find_variable(void *user, const char *name, kt_symbol *symbol) {
     return true;
 }
 
-/* Whether the last operator compares, and the sign with which the difference of its sides rises as it becomes true. */
-static bool is_comparison(const kt_expression *expression, double *sign) {
-    const int32_t code = expression->count > 0 ? expression->term[expression->count - 1].code : 0;
-    *sign = code == KT_OPERATOR_LESS || code == KT_OPERATOR_LESS_EQUAL ? -1.0 : 1.0;
-    return code == KT_OPERATOR_LESS || code == KT_OPERATOR_LESS_EQUAL || code == KT_OPERATOR_GREATER ||
-           code == KT_OPERATOR_GREATER_EQUAL;
-}
-
 bool kt_formula_is_comparison(const kt_description *description, const char *text) {
     names any = {.description = description};
     const kt_symbols symbols = {.find = find_variable, .user = &any};
     const size_t size = kt_expression_size(text);
     const kt_expression *expression = NULL;
-    double sign;
-    void *memory = malloc(size);
+    kt_expression *memory = malloc(2 * size);
     const bool compares = memory != NULL &&
                           kt_expression_parse(text, &symbols, memory, size, &expression, NULL, NULL) == KT_OK &&
-                          is_comparison(expression, &sign);
+                          kt_expression_margin(expression, (kt_expression *)(void *)((char *)memory + size));
     free(memory);
     return compares;
 }
@@ -150,14 +142,14 @@ kt_status kt_formula_bind(const kt_binding *in, const kt_scene *scene, const cha
     const kt_symbols symbols = {.find = find_variable, .user = &n};
     const kt_expression *expression = NULL;
     to->expression = kt_pool_take(pool, size, 1);
-    if (n.variables == NULL || to->expression == NULL)
+    kt_expression *margin = is_watched ? kt_pool_take(pool, size, 1) : NULL;
+    if (n.variables == NULL || to->expression == NULL || (is_watched && margin == NULL))
         return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
     kt_status status = kt_expression_parse(text, &symbols, to->expression, size, &expression, NULL, error);
     if (status != KT_OK || n.status != KT_OK)
         return status != KT_OK ? status : n.status;
-    to->sign = 1.0;
-    if (is_watched && is_comparison(expression, &to->sign))
-        to->expression->term[to->expression->count - 1].code = KT_OPERATOR_SUBTRACT;
+    if (is_watched && kt_expression_margin(expression, margin))
+        to->expression = margin;
     to->count = n.count;
     to->variables = n.variables;
     to->values = kt_pool_take(pool, (size_t)n.count + 1, sizeof *to->values);
@@ -215,6 +207,6 @@ int kt_bound_evaluate(kt_bound_formula *f, const kt_instant *at, double *value, 
     for (int k = 0; k < f->count; k++)
         f->values[k] = f->variables[k].responds ? kt_response_value(f->responses, &f->variables[k].response)
                                                 : bound_value_of(at, f->gravity, &f->variables[k]);
-    *value = f->sign * kt_expression_evaluate(f->expression, f->values);
+    *value = kt_expression_evaluate(f->expression, f->values);
     return 0;
 }

@@ -18,8 +18,7 @@ typedef struct kt_bound {
 } kt_bound;
 
 typedef struct kt_bound_formula {
-    kt_expression *expression; /* of a comparison: its difference */
-    double sign;               /* of the value that is watched */
+    kt_expression *expression; /* of a condition: its margin (expression/margin.h) */
     kt_bound *variables;
     double *values;
     int count;

@@ -16,6 +16,7 @@
 #include "base/decimal.h"
 #include "expression/expression.h"
 #include "expression/jet.h"
+#include "expression/margin.h"
 #include "scene/named.h"
 #include "scene/scene_expression.h"
 #include "scene/scene_reader.h"
@@ -87,15 +88,6 @@ static bool are_same(const kt_expression_term *term, factor a, factor b) {
     return same;
 }
 
-/* The first term of the operand that ends at `end`. */
-static size_t find_operand(const kt_expression_term *term, size_t end) {
-    for (int missing = 1; missing > 0;) {
-        const kt_operator code = (kt_operator)term[--end].code;
-        missing += kt_operator_is_leaf(code) ? -1 : kt_operator_is_binary(code) ? 1 : 0;
-    }
-    return end;
-}
-
 /* The factor of a product u1 u2 ... that is equal to b but for its power. */
 static factor find_factor(const kt_expression_term *term, size_t begin, size_t end, factor b) {
     for (;;) {
@@ -104,7 +96,7 @@ static factor find_factor(const kt_expression_term *term, size_t begin, size_t e
             return all;
         if (term[end - 1].code != KT_OPERATOR_MULTIPLY)
             return (factor){.power = 0.0};
-        const size_t last = find_operand(term, end - 1);
+        const size_t last = kt_expression_operand(term, end - 1);
         const factor a = factor_of(term, last, end - 1);
         if (are_same(term, a, b))
             return a;
@@ -154,11 +146,6 @@ static void merge_equal_operands(kt_expression *expression) {
 
 /* ---- messages ---------------------------------------------------------------------------------------------------- */
 
-static bool compares(kt_operator code) {
-    return code == KT_OPERATOR_LESS || code == KT_OPERATOR_LESS_EQUAL || code == KT_OPERATOR_GREATER ||
-           code == KT_OPERATOR_GREATER_EQUAL;
-}
-
 /* The position in its text of the equality at the top of a formula; -1: there is none. */
 static int find_equality(const char *text, kt_operator code) {
     const char *at = strstr(text, code == KT_OPERATOR_EQUAL ? "==" : "!=");
@@ -186,20 +173,21 @@ static void advise_equality(kt_phrase *to, const char *text, kt_operator code) {
 }
 
 /* Describes why the values of a formula are on one side. */
-static void describe_side(kt_phrase *to, const char *text, kt_operator last, kt_between range, const variables *found) {
+static void describe_side(kt_phrase *to, const char *text, kt_operator last, bool compares, kt_between range,
+                          const variables *found) {
     const kt_name_text quoted = kt_name_quote(text);
     if (found->count == 0) {
         kt_phrase_add(to,
                       "%s has no variable and never changes, so the event never happens; compare t, position.JOINT, "
                       "velocity.JOINT or a marker with a number",
                       quoted.text);
-    } else if (last == KT_OPERATOR_EQUAL || last == KT_OPERATOR_NOT_EQUAL) {
-        advise_equality(to, text, last);
-    } else if (compares(last)) {
+    } else if (compares) {
         kt_phrase_add(to,
                       "the sides of %s never change places in any motion, so that the condition never becomes true; "
                       "compare with a value that the left side passes",
                       quoted.text);
+    } else if (last == KT_OPERATOR_EQUAL || last == KT_OPERATOR_NOT_EQUAL) {
+        advise_equality(to, text, last);
     } else if (range.lo == range.hi) {
         kt_phrase_add(to, "%s is always %.9g, so the event never happens; compare a value that changes with a number",
                       quoted.text, range.lo);
@@ -221,18 +209,17 @@ bool kt_check_crossing(kt_reader *r, const kt_scope *scope, kt_node *node, const
     variables found = {
         .r = r, .known = known, .names = kt_pool_take(&r->scratch, strlen(text) + 1, sizeof *found.names)};
     const kt_symbols symbols = {.find = find_any, .user = &found};
-    kt_expression *expression = kt_pool_take(&r->scratch, size, 1);
+    kt_expression *expression = kt_pool_take(&r->scratch, size, 1), *margin = kt_pool_take(&r->scratch, size, 1);
     const kt_expression *parsed = NULL;
-    if (expression == NULL || found.names == NULL)
+    if (expression == NULL || margin == NULL || found.names == NULL)
         return kt_reader_out_of_memory(r);
     if (kt_expression_parse(text, &symbols, expression, size, &parsed, NULL, NULL) != KT_OK || parsed->count == 0)
         return true;
-    kt_expression_term *last = &expression->term[expression->count - 1];
-    const kt_operator code = (kt_operator)last->code;
-    if (compares(code))
-        last->code = KT_OPERATOR_SUBTRACT;
+    const kt_operator code = (kt_operator)expression->term[expression->count - 1].code;
+    const bool compares = kt_expression_margin(parsed, margin);
+    expression = compares ? margin : expression;
     merge_equal_operands(expression);
-    const kt_between range = kt_expression_bound(parsed, -reach, reach, NULL, NULL).c[0];
+    const kt_between range = kt_expression_bound(expression, -reach, reach, NULL, NULL).c[0];
     const bool crosses = found.count > 0 && range.lo < -rounding && range.hi > rounding;
     if (crosses && found.kept_count < found.count)
         return true;
@@ -243,6 +230,6 @@ bool kt_check_crossing(kt_reader *r, const kt_scope *scope, kt_node *node, const
                       "so the event never happens; use them next to t, position.JOINT, velocity.JOINT or a marker",
                       kt_name_quote(text).text);
     else
-        describe_side(&what, text, code, range, &found);
+        describe_side(&what, text, code, compares, range, &found);
     return kt_fault_at(r, KT_ERROR_SCENE, scope, node, "%s", what.text);
 }

@@ -115,6 +115,10 @@ static void write_coupling_terms(kt_emitter *e, const kt_member *m) {
     kt_emit_end(e);
 }
 
+static bool read_loop_name(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    return kt_read_name(r, scope, node, "the name of a loop", (const char **)kt_field_in(object, field));
+}
+
 static bool same_terms(const kt_member *m) {
     const kt_loop *loop = m->object;
     bool any = !kt_loop_has_formula(loop);
@@ -321,6 +325,7 @@ const kt_kind *kt_kind_of_item_key(const kt_key *key) {
         .read = read_end_point, .write = kt_kind_numbers_write, .same = same_point, .size = sizeof(kt_vec3)};
     static const kt_kind joint = {.read = read_joint_name, .write = kt_text_write};
     static const kt_kind terms = {.read = read_terms, .write = write_coupling_terms, .same = same_terms};
+    static const kt_kind loop = {.read = read_loop_name, .write = kt_text_write, .size = sizeof(char *)};
     static const kt_kind coupling = {.read = read_coupling, .write = kt_text_write, .size = sizeof(char *)};
     static const kt_kind function = {.read = read_function, .write = write_function, .size = sizeof(kt_function_type)};
     static const kt_kind formulas = {.read = read_formulas, .write = write_formulas, .same = same_formulas};
@@ -342,6 +347,7 @@ const kt_kind *kt_kind_of_item_key(const kt_key *key) {
         [KT_KEY_FORMULA] = &coupling,
         [KT_KEY_FORMULAS] = &formulas,
         [KT_KEY_PATH] = &kt_kind_path,
+        [KT_KEY_LOOP] = &loop,
     };
     static const kt_kind optional_ends = {.read = kt_kind_ends_read, .write = kt_kind_ends_write, .same = same_ends};
     static const kt_kind optional_end = {.read = kt_kind_end_read, .write = kt_kind_end_write, .same = same_end};

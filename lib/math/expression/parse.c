@@ -29,6 +29,7 @@ typedef struct kt_parser {
     const kt_symbols *symbols;
     kt_expression *to;
     int height;       /* values on the stack */
+    bool condition;   /* the last value is 1 or 0: a comparison, or several */
     int depth;        /* parentheses, signs and exponents within one another */
     const char *spot; /* where the fault is */
     kt_error *error;
@@ -58,6 +59,7 @@ static bool put_term(kt_parser *p, kt_expression_term term) {
                               "more than %d values wait for their operator; compute a part of it as a parameter",
                               KT_EXPRESSION_DEPTH_MAX);
     p->to->term[p->to->count++] = term;
+    p->condition = term.code >= KT_OPERATOR_LESS && term.code <= KT_OPERATOR_NOT_EQUAL;
     return true;
 }
 
@@ -77,6 +79,21 @@ static bool take_character(kt_parser *p, char c) {
     if (*p->at != c)
         return false;
     p->at++;
+    skip_blanks(p);
+    return true;
+}
+
+/* Whether a word is next. */
+static bool is_word(const kt_parser *p, const char *word) {
+    const size_t length = strlen(word);
+    const char *end = p->at + length;
+    return strncmp(p->at, word, length) == 0 && !kt_is_letter(*end) && !kt_is_digit(*end) && *end != '.' && *end != '[';
+}
+
+static bool take_word(kt_parser *p, const char *word) {
+    if (!is_word(p, word))
+        return false;
+    p->at += strlen(word);
     skip_blanks(p);
     return true;
 }
@@ -102,7 +119,7 @@ static const char *found_at(const char *spot, char text[KT_NAME_TEXT_SIZE]) {
 static bool parse_unit(kt_parser *p, double *value, bool *is_angle) {
     const char *spot = p->at;
     char text[KT_NAME_TEXT_SIZE];
-    if (!kt_is_letter(*spot))
+    if (!kt_is_letter(*spot) || is_word(p, "and") || is_word(p, "or"))
         return true;
     const bool degrees = strncmp(spot, "deg", 3) == 0;
     if ((degrees || strncmp(spot, "rad", 3) == 0) && !kt_is_letter(spot[3]) && !kt_is_digit(spot[3])) {
@@ -282,7 +299,7 @@ static bool parse_name(kt_parser *p, bool *is_angle) {
 
 /* ---- the grammar ------------------------------------------------------------------------------------------------- */
 
-static bool parse_comparison(kt_parser *p, bool *is_angle);
+static bool parse_condition(kt_parser *p, bool *is_angle);
 
 /* Bounds the recursion: leave() closes each level that this function opens. */
 static bool enter_recursion(kt_parser *p) {
@@ -322,7 +339,7 @@ static bool parse_call(kt_parser *p, const char *spot, const char *name) {
         if (count == functions[which].most)
             return reject_formula(p, p->at, "%s takes %d argument%s; remove this one", name, functions[which].most,
                                   functions[which].most > 1 ? "s" : "");
-        if (!parse_comparison(p, &is_angle) ||
+        if (!parse_condition(p, &is_angle) ||
             !put_function_term(p, functions[which].code, count, functions[which].least - 1))
             return false;
         count++;
@@ -345,7 +362,7 @@ static bool parse_primary(kt_parser *p, bool *is_angle) {
         return parse_name(p, is_angle);
     if (!take_character(p, '('))
         return reject_formula(p, spot, "a number, a name or a '(' is missing before %s", found_at(spot, text));
-    if (!enter_recursion(p) || !parse_comparison(p, is_angle))
+    if (!enter_recursion(p) || !parse_condition(p, is_angle))
         return false;
     leave(p);
     return parse_closing(p);
@@ -423,6 +440,59 @@ static bool parse_comparison(kt_parser *p, bool *is_angle) {
     return true;
 }
 
+/* ---- conditions -------------------------------------------------------------------------------------------------- */
+
+static bool need_condition(kt_parser *p, const char *spot, const char *word) {
+    return p->condition || reject_formula(p, spot, "'%s' joins comparisons, and this is a number; write x != 0", word);
+}
+
+/* not x is x == 0. */
+static bool parse_negation(kt_parser *p, bool *is_angle) {
+    char name[KT_EXPRESSION_NAME_MAX + 1];
+    kt_symbol symbol;
+    const bool is_name = is_word(p, "not") && find_formula_name(p, p->at, p->at + 3, name, &symbol);
+    if (is_name || !take_word(p, "not"))
+        return parse_comparison(p, is_angle);
+    const char *spot = p->at;
+    if (!enter_recursion(p) || !parse_negation(p, is_angle) || !need_condition(p, spot, "not"))
+        return false;
+    leave(p);
+    *is_angle = false;
+    return put_term(p, (kt_expression_term){.code = KT_OPERATOR_NUMBER}) && put_operator(p, KT_OPERATOR_EQUAL);
+}
+
+/* Conditions are 1 or 0: `and` is their product. */
+static bool parse_conjunction(kt_parser *p, bool *is_angle) {
+    const char *spot = p->at;
+    if (!parse_negation(p, is_angle))
+        return false;
+    while (is_word(p, "and")) {
+        if (!need_condition(p, spot, "and") || !take_word(p, "and"))
+            return false;
+        spot = p->at;
+        if (!parse_negation(p, is_angle) || !need_condition(p, spot, "and") || !put_operator(p, KT_OPERATOR_MULTIPLY))
+            return false;
+        p->condition = true;
+    }
+    return true;
+}
+
+/* `or` is the larger one. */
+static bool parse_condition(kt_parser *p, bool *is_angle) {
+    const char *spot = p->at;
+    if (!parse_conjunction(p, is_angle))
+        return false;
+    while (is_word(p, "or")) {
+        if (!need_condition(p, spot, "or") || !take_word(p, "or"))
+            return false;
+        spot = p->at;
+        if (!parse_conjunction(p, is_angle) || !need_condition(p, spot, "or") || !put_operator(p, KT_OPERATOR_MAX))
+            return false;
+        p->condition = true;
+    }
+    return true;
+}
+
 /* ---- the whole --------------------------------------------------------------------------------------------------- */
 
 static bool parse_whole(kt_parser *p) {
@@ -431,7 +501,7 @@ static bool parse_whole(kt_parser *p) {
     skip_blanks(p);
     if (*p->at == '\0')
         return reject_formula(p, p->at, "the formula is empty");
-    if (!parse_comparison(p, &is_angle))
+    if (!parse_condition(p, &is_angle))
         return false;
     p->to->is_angle = is_angle;
     if (*p->at == '\0')

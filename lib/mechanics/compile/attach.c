@@ -12,6 +12,7 @@
 #include "dynamics/dynamics.h"
 #include "effect/effect.h"
 #include "effect/path.h"
+#include "evaluate/load_friction.h"
 #include "joint/joint.h"
 #include "loop/loop.h"
 
@@ -277,9 +278,20 @@ static kt_status place_effect(kt_attach *a, const kt_model *m, const kt_effect *
     return KT_OK;
 }
 
+/* Numbers friction from loads, in the description's order. */
+static void fill_load(const kt_attach *a, const kt_effect *effect, kt_effect_record *r, int32_t *load) {
+    const kt_description *d = a->description;
+    r->load_slot = kt_effect_has_load(effect) ? ++*load : 0;
+    r->load_loop = -1;
+    for (int i = 0; r->load_slot > 0 && effect->load != NULL && i < d->loop_count; i++)
+        if (strcmp(d->loops[i].name, effect->load) == 0)
+            r->load_loop = i;
+}
+
 static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t *variable, size_t *part, size_t *text,
                               kt_error *error) {
     size_t term = a->loop_terms, point = 0, link = 0;
+    int32_t load = 0;
     for (size_t i = 0; i < m->n.effect + m->n.effect_off; i++) {
         const kt_effect *effect = &a->description->effects[i];
         kt_effect_record *r = &a->effect[i];
@@ -288,6 +300,7 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
         KT_EFFECT_NUMBERS(ATTACH_NUMBER)
 #undef ATTACH_NUMBER
         r->hard = kt_effect_is_hard(effect);
+        fill_load(a, effect, r, &load);
         r->disc = kt_effect_has_axle(effect);
         memcpy(r->stiffnesses, effect->stiffnesses, sizeof r->stiffnesses);
         memcpy(r->dampings, effect->dampings, sizeof r->dampings);
@@ -405,6 +418,7 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     if (status == KT_OK)
         status = kt_attach_fill_states(a, m, &number, &variable, &part, &text, error);
     kt_attach_fill_masses(d, m, &number);
+    kt_load_attach(m);
     if (status != KT_OK) {
         kt_aligned_release(m);
         return status;

@@ -71,6 +71,7 @@ kt_status kt_attach_count_effects(kt_attach *a, kt_counts *n, kt_error *error) {
         const kt_effect *effect = &a->description->effects[i];
         const int ends = kt_attach_end_count(a, effect), key = batch_key_of((int)effect->type, ends);
         n->text += effect->name ? strlen(effect->name) + 1 : 0;
+        n->loaded += kt_effect_has_load(effect);
         n->term += kt_attach_count_turns(a, effect);
         if (kt_effect_has_path(effect))
             kt_attach_count_path(a->tree, effect, n);

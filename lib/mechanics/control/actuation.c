@@ -8,6 +8,7 @@
 #include "base/where.h"
 #include "control/control.h"
 #include "evaluate/evaluate.h"
+#include "evaluate/load_friction.h"
 #include "linear/cholesky.h"
 
 #include <string.h>
@@ -75,8 +76,8 @@ static kt_status find_need(kt_actuation_work *w, kt_data *data, double t, const 
                            const double *a, const kt_wrench *external, kt_error *error) {
     const kt_model *model = w->model;
     kt_dynamic_state loaded = {.t = t, .q = q, .v = v, .external = external};
-    kt_status status = KT_OK;
-    if (model->n.effect)
+    kt_status status = kt_load_reject(model, "actuation", "add its force to the joint forces that are found", error);
+    if (status == KT_OK && model->n.effect)
         status = kt_effects_apply(model, data, &loaded, error);
     if (status != KT_OK)
         return status;

@@ -9,6 +9,7 @@
 #include "evaluate/effect_ends.h"
 #include "evaluate/effect_formula.h"
 #include "evaluate/evaluate.h"
+#include "evaluate/load_friction.h"
 #include "evaluate/path_force.h"
 #include "evaluate/relative_force.h"
 #include "kinetree/dynamics.h"
@@ -486,7 +487,9 @@ kt_status kt_effect_forces(const kt_model *model, kt_data *data, double t, const
     kt_dynamic_state at = {.t = t, .q = q, .v = v, .tau = model->zero};
     double *all = kt_scratch_part(model, data, 2);
     const kt_input input = {.q = q, .v = v};
-    kt_status status = kt_input_check(model, &input, error);
+    kt_status status = kt_load_reject(model, "kt_effect_forces", "take the forces from kt_effect_evaluate", error);
+    if (status == KT_OK)
+        status = kt_input_check(model, &input, error);
     if (status == KT_OK)
         status = kt_effects_apply(model, data, &at, error);
     if (status != KT_OK)
@@ -543,7 +546,9 @@ int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, co
         load->point[k] = end[k].point;
     if ((size_t)(effect - model->effect) >= model->n.effect) /* switched off: it exerts nothing */
         return 0;
-    return evaluate_load(model, &in, effect, end, load, NULL);
+    const int code = evaluate_load(model, &in, effect, end, load, NULL);
+    load->joint_force += kt_load_friction_of(model, data, q, v, effect);
+    return code;
 }
 
 /* Rejects an effect whose force a loop bears. */
@@ -576,6 +581,10 @@ kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double 
     s.code = kt_effect_load_find(model, data, t, q, v ? v : model->zero, record, end, &found);
     if (s.code != 0)
         return reject_code(&s, error);
+    if (isnan(kt_load_friction_of(model, data, q, v ? v : model->zero, record)))
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, "data",
+            "the friction is proportional to a reaction; compute the accelerations of this q and v first");
     if (!is_load_finite(&found))
         return reject_force(&s, record, error);
     *load = found;

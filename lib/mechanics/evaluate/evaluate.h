@@ -155,7 +155,8 @@ void kt_slip_add_force(kt_data *data, const kt_effect_record *effect, size_t k, 
 void kt_slip_add_friction_load(kt_data *data, const kt_effect_record *effect, size_t k, double normal);
 const kt_wrench *kt_slip_load(const kt_model *model, kt_data *data, const kt_wrench *external);
 
-/* Rejects a model in which hard contacts slip, for derivatives, which would leave the friction out. */
+/* Rejects a model in which hard contacts slip, or with friction from loads, for derivatives, which would leave the
+ * friction out. */
 KT_CHECKED kt_status kt_slip_reject(const kt_model *model, const char *where, kt_error *error);
 
 /* Writes the multipliers of the equations of loops under all forces, at->tau and at->external, to the groups' data, and

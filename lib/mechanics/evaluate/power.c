@@ -14,7 +14,7 @@
 #include "base/copy.h"
 #include "base/where.h"
 #include "dynamics/dynamics.h"
-#include "evaluate/evaluate.h"
+#include "evaluate/load_friction.h"
 #include "linear/cholesky.h"
 #include "model/scratch.h"
 
@@ -80,6 +80,10 @@ kt_status kt_power_evaluate(const kt_model *model, kt_data *data, double t, cons
         sum.dissipated += power_of_slip(model, data);
         if (model->driven)
             loaded.external = kt_slip_load(model, data, loaded.external);
+    }
+    if (status == KT_OK && model->n.loaded > 0) {
+        sum.dissipated += kt_load_power(model, data, v);
+        loaded.tau = data->load_tau;
     }
     if (status == KT_OK && model->driven)
         status = power_of_loops(model, data, &loaded, acceleration, &loops, error);

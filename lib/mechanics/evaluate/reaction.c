@@ -12,7 +12,7 @@
 #include "base/copy.h"
 #include "base/where.h"
 #include "dynamics/dynamics.h"
-#include "evaluate/evaluate.h"
+#include "evaluate/load_friction.h"
 #include "model/scratch.h"
 #include "model/switching.h"
 
@@ -81,6 +81,8 @@ static const kt_wrench *load_wrenches(const kt_model *model, kt_data *data, cons
     kt_dynamic_state loaded = *at;
     if (model->n.effect > 0) /* links carry forces also if only auxiliary states read markers */
         kt_effects_recall(model, data, &loaded);
+    if (model->n.loaded > 0)
+        loaded.tau = data->load_tau;
     if (model->variants) /* no reactions of loops that are off */
         memset(data->loop_wrench, 0, model->n.loop * sizeof *data->loop_wrench);
     if (!model->n.group)
@@ -114,9 +116,12 @@ kt_status kt_motion_complete(const kt_model *model, kt_data *data, const kt_dyna
     if (status != KT_OK)
         return status;
     const bool shares = loaded && model->n.stress > 0;
-    const kt_wrench *found = joints || shares ? kt_joint_reactions_find(model, data, links, loaded) : NULL;
+    const bool rubs = (joints || loops) && model->n.loaded > 0;
+    const kt_wrench *found = joints || shares || rubs ? kt_joint_reactions_find(model, data, links, loaded) : NULL;
     if (shares)
         kt_reactions_share(model, data, data->wrench, data->loop_wrench);
+    if (rubs)
+        kt_loads_take(model, data, links, found);
     const size_t loop = loops ? find_not_finite(data->loop_wrench, model->n.loop) : model->n.loop;
     const size_t body = joints ? find_not_finite(found, model->n.body) : model->n.body;
     if (loop < model->n.loop)

@@ -454,5 +454,7 @@ void kt_slip_add(kt_model *model) {
     model->n.slip++;
     model->n.slip_work = kt_slip_size(&model->n);
     model->place_slip = kt_slip_place;
-    *(model->n.varying > 0 ? &model->steady : &model->forward) = kt_slip_forward;
+    *(model->n.loaded > 0    ? &model->unloaded
+      : model->n.varying > 0 ? &model->steady
+                             : &model->forward) = kt_slip_forward;
 }

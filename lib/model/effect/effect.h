@@ -161,6 +161,10 @@ static inline kt_vec3 kt_contact_lowest(const kt_effect_record *effect, kt_mat3 
 static inline bool kt_effect_sticks(const kt_effect *effect) {
     return effect->type == KT_EFFECT_JOINT_FRICTION && effect->stick;
 }
+/* Whether a part of the friction is proportional to a reaction (evaluate/load_friction.c). */
+static inline bool kt_effect_has_load(const kt_effect *effect) {
+    return effect->type == KT_EFFECT_JOINT_FRICTION && (effect->friction > 0.0 || effect->efficiency < 1.0);
+}
 void kt_effect_check_stick(kt_checker *checker, const kt_effect *effect);
 /* Reports that an effect has neither of two numbers although one is required. */
 void kt_effect_report_neither(kt_checker *checker, const char *first, const char *second);

@@ -55,8 +55,10 @@ void kt_effect_check_hard(kt_checker *checker, const kt_effect *effect, const ch
 
 void kt_effect_check_stick(kt_checker *checker, const kt_effect *effect) {
     reject_coordinate_of_loop(checker, effect, "friction that sticks", "leave `stick` out");
-    if (effect->coulomb == 0.0)
-        kt_checker_fault(checker, "coulomb", -1, "coulomb is 0; give the friction of slip, or leave `stick` out");
+    if (effect->coulomb == 0.0 && !kt_effect_has_load(effect))
+        kt_checker_fault(checker, "coulomb", -1,
+                         "coulomb is 0; give the friction of slip (coulomb, coefficient or efficiency), or leave "
+                         "`stick` out");
     if (effect->smoothing != kt_effect_default().smoothing)
         kt_checker_fault(checker, "smoothing", -1,
                          "friction that sticks is not smoothed; leave `smoothing` or `stick` out");

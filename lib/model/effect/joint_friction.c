@@ -7,13 +7,74 @@
  * damper limits the steps of an explicit method: h < 2.8 v0 J / S for Runge-Kutta 4. Errors relative to dry friction
  * are proportional to v0.
  *
+ * A part of C and S may be proportional to a reaction (evaluate/load_friction.c). The force here is without this part.
+ *
  * With `stick` the friction is dry. Then the sign of v is the sign of the slip, which changes at events. At rest the
  * friction is a constraint (simulation/contacts.c).
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
+#include <string.h>
+
+/* The joint in which an effect acts; NULL: it acts in no joint of one coordinate. */
+static const kt_joint *joint_of_friction(const kt_checker *checker, const kt_effect *effect) {
+    const kt_description *d = checker->description;
+    for (int i = 0; effect->joint != NULL && i < d->body_count; i++) {
+        const kt_joint_type type = d->bodies[i].joint.type;
+        const char *name = kt_joint_name_of(&d->bodies[i]);
+        if (name != NULL && strcmp(name, effect->joint) == 0 && kt_joint_type_name(type) != NULL)
+            return kt_joint_sizes[type].nq == 1 ? &d->bodies[i].joint : NULL;
+    }
+    return NULL;
+}
+
+/* A screw with a larger coefficient holds its load in both directions, whatever torque turns it. */
+static void check_thread(kt_checker *checker, const kt_effect *effect, double pitch) {
+    if (effect->load == NULL && effect->friction * fabs(pitch) >= effect->radius)
+        kt_checker_fault(
+            checker, "coefficient", -1,
+            "coefficient is %g; in a thread it must be less than radius / pitch, %g, or no torque moves it",
+            effect->friction, effect->radius / fabs(pitch));
+}
+
+/* Whether the load is the force of a worm, whose radius the loop has. */
+static bool is_load_of_worm(const kt_checker *checker, const kt_effect *effect) {
+    const kt_description *d = checker->description;
+    for (int i = 0; effect->load != NULL && i < d->loop_count; i++)
+        if (d->loops[i].name != NULL && strcmp(d->loops[i].name, effect->load) == 0)
+            return d->loops[i].type == KT_LOOP_WORM;
+    return false;
+}
+
+/* Checks friction from a load. */
+static void check_load(kt_checker *checker, const kt_effect *effect) {
+    const bool shares = effect->efficiency != 1.0, rubs = effect->friction > 0.0;
+    const kt_joint *joint = shares || rubs ? joint_of_friction(checker, effect) : NULL;
+    if (!(effect->efficiency > 0.0 && effect->efficiency <= 1.0))
+        kt_checker_fault(checker, "efficiency", -1, "efficiency is %g; it must be greater than 0, and at most 1",
+                         effect->efficiency);
+    else if (shares && rubs)
+        kt_checker_fault(checker, "efficiency", -1, "coefficient is given, too; leave one of both out");
+    else if (shares && effect->load == NULL)
+        kt_checker_fault(checker, "efficiency", -1, "load is missing; name the loop that passes the power on");
+    else if (!shares && !rubs && effect->load != NULL)
+        kt_checker_fault(checker, "load", -1, "load has no effect without coefficient or efficiency; give one of both");
+    else if ((shares || rubs) && effect->joint != NULL && joint == NULL)
+        kt_checker_fault(checker, "joint", -1,
+                         "friction from a load acts in a joint of one coordinate; name a joint "
+                         "that is revolute, prismatic or screw");
+    else if (rubs && joint != NULL && joint->type != KT_JOINT_PRISMATIC && effect->radius == 0.0 &&
+             !is_load_of_worm(checker, effect))
+        kt_checker_fault(checker, "radius", -1, "radius is missing; give the radius at which the joint rubs");
+    else if (rubs && joint != NULL && joint->type == KT_JOINT_PRISMATIC && effect->radius > 0.0)
+        kt_checker_fault(checker, "radius", -1, "a prismatic joint rubs at no radius; leave it out");
+    else if (rubs && joint != NULL && joint->type == KT_JOINT_SCREW)
+        check_thread(checker, effect, joint->pitch);
+}
+
 static void joint_friction_check(kt_checker *checker, const kt_effect *effect) {
+    check_load(checker, effect);
     if (effect->stick)
         kt_effect_check_stick(checker, effect);
     else if (effect->stribeck == 0.0)
@@ -50,7 +111,8 @@ static kt_real joint_friction_force(const kt_effect_record *effect, const double
 }
 
 static kt_energetics joint_friction_energetics(const kt_effect_record *effect) {
-    return kt_energetics_of(effect->coulomb > 0.0 || effect->breakaway > 0.0 || effect->viscous > 0.0);
+    return kt_energetics_of(effect->coulomb > 0.0 || effect->breakaway > 0.0 || effect->viscous > 0.0 ||
+                            effect->load_slot > 0);
 }
 
 #if KT_IS_OF_VALUES
@@ -84,6 +146,17 @@ const kt_effect_kind KT_EFFECT(kt_effect_joint_friction) = {
 static const kt_key keys[] = {
     KT_JOINT_KEY(kt_effect, KT_COORDINATE_WORDS),
     {"coulomb", KT_KEY_NUMBER, KT_EFFECT_AT(coulomb), "N m|N", "C, friction in motion", .range = KT_RANGE_NOT_NEGATIVE},
+    {"coefficient", KT_KEY_NUMBER, KT_EFFECT_AT(friction), "",
+     "mu: mu r R is added to C and S, with the reaction R of the joint, or the force of `load`",
+     .range = KT_RANGE_NOT_NEGATIVE},
+    {"radius", KT_KEY_NUMBER, KT_EFFECT_AT(radius), "m",
+     "r, at which a joint that turns rubs; of a screw, of its thread", .range = KT_RANGE_NOT_NEGATIVE},
+    {"efficiency", KT_KEY_NUMBER, KT_EFFECT_AT(efficiency), "",
+     "of the power that `load` passes through the joint; the rest of the power is friction",
+     .range = KT_RANGE_POSITIVE},
+    {"load", KT_KEY_LOOP, KT_EFFECT_AT(load), "",
+     "a loop between two ends, such as a gear, whose force causes the friction", "the joint's reaction",
+     .needed = false},
     {"viscous", KT_KEY_NUMBER, KT_EFFECT_AT(viscous), "N m s/rad|N s/m", "c", .range = KT_RANGE_NOT_NEGATIVE},
     {"static", KT_KEY_NUMBER, KT_EFFECT_AT(breakaway), "N m|N", "S, friction at rest, not less than coulomb",
      "that of `coulomb`", .range = KT_RANGE_NOT_NEGATIVE},

@@ -35,6 +35,7 @@ kt_effect kt_effect_default(void) {
     return (kt_effect){.name = NULL,
                        .stribeck = 0.01,
                        .smoothing = 1e-3,
+                       .efficiency = 1.0,
                        .lower = -(double)INFINITY,
                        .upper = (double)INFINITY,
                        .limit = (double)INFINITY,

@@ -203,6 +203,7 @@ kt_status kt_data_init(const kt_model *model, void *memory, size_t size, kt_data
     (*data)->bytes = size;
     kt_clear((*data)->stopped, kt_where(model->n.loop, 2) * sizeof(int32_t));
     kt_clear((*data)->slip, 2 * model->n.slip * sizeof(double));
+    kt_clear((*data)->load_rests, model->n.loaded * sizeof(bool));
     if (model->place_slip)
         model->place_slip(model, *data);
     return KT_OK;

@@ -24,6 +24,7 @@ typedef struct kt_counts {
     size_t loop, term, path, group, group_link, group_v, row, effect, number;
     size_t effect_off; /* effects that are switched off, behind the others */
     size_t slip;       /* hard contacts that slip */
+    size_t loaded;     /* friction of joints from a load (evaluate/load_friction.c) */
     size_t load;       /* loops whose wrenches have parts that do no work (kt_loop_kind.load) */
     size_t slip_work;  /* bytes of the scratch memory with which their directions are found (evaluate/slip.c) */
     size_t island_side, island_v, island_row; /* of an island, the most: contacts and stops, coordinates, equations */
@@ -168,6 +169,7 @@ struct kt_model {
     kt_isa isa;
     const struct kt_kernels *kernels; /* the recursions for this instruction set and sweep (dynamics/dynamics.h) */
     kt_forward_call *forward;
+    kt_forward_call *unloaded; /* where friction comes from loads: `forward` without this friction */
     void (*place_slip)(const kt_model *model, kt_data *data); /* places kt_data.slip_work; NULL: nothing slips */
     kt_forward_call *steady; /* where masses vary: `forward` of the model of an instant */
     size_t found_massless;   /* while it is built: how many coordinates will be `massless` */
@@ -385,6 +387,18 @@ typedef struct kt_slip_frame {
     X(double, slip_matrix, kt_slip_most(n) * (kt_slip_most(n) + 1), "of normal forces of an island, and right sides")  \
     X(char, slip_work, n->slip_work, "a kt_slip_problem, laid out with the data (evaluate/slip.h)")
 
+/* Arrays of data of models with friction of joints from loads (evaluate/load_friction.c). */
+#define KT_DATA_LOAD_FIELDS(X)                                                                                         \
+    X(bool, load_rests, n->loaded, "whether the friction is left out, since its joint is at rest, an input")           \
+    X(double, load_friction, n->loaded, "friction of the last evaluation")                                             \
+    X(double, load, 3 * n->loaded, "loads of the last reactions")                                                      \
+    X(double, load_free, 3 * n->loaded, "loads without this friction")                                                 \
+    X(double, load_gain, 3 * n->loaded * n->loaded, "changes of the loads by units of friction")                       \
+    X(double, load_matrix, n->loaded * n->loaded, "scratch: of Newton's method")                                       \
+    X(double, load_residual, n->loaded, "scratch: likewise")                                                           \
+    X(double, load_tau, kt_where(n->loaded, kt_lanes8(n->v)), "joint forces with this friction")                       \
+    X(kt_wrench, load_joint, kt_where(n->loaded, n->body), "scratch: reactions of joints")
+
 #define KT_DATA_FIELDS(X)                                                                                              \
     KT_SWEEP_FIELDS(X)                                                                                                 \
     X(kt_link_kinematics, kinematics, n->link, "of the last kt_kinematics_update, for queries")                        \
@@ -394,6 +408,7 @@ typedef struct kt_slip_frame {
     KT_DATA_MASS_FIELDS(X)                                                                                             \
     KT_DATA_STATIC_FIELDS(X)                                                                                           \
     KT_DATA_SLIP_FIELDS(X)                                                                                             \
+    KT_DATA_LOAD_FIELDS(X)                                                                                             \
     X(double, tau, kt_lanes8(n->v), "joint forces of all effects")                                                     \
     X(double, moved_q, kt_where(n->group, kt_lanes8(n->q)), "a neighbour of the state evaluated")                      \
     X(double, moved_v, kt_where(n->group, kt_lanes8(n->v)), "a neighbour of the state evaluated")                      \
@@ -473,11 +488,12 @@ struct kt_data {
 #else
 
 struct kt_data {
-    void *owned;       /* memory of kt_data_create, or NULL */
-    uint64_t identity; /* of its model */
-    uint64_t state;    /* kt_state_hash of the q and v that `kinematics` are of */
-    bool has_external; /* external wrenches act on links, and `origin` has them */
-    bool followed;     /* their owner follows where contacts close and open: evaluations do not check this */
+    void *owned;         /* memory of kt_data_create, or NULL */
+    uint64_t identity;   /* of its model */
+    uint64_t state;      /* kt_state_hash of the q and v that `kinematics` are of */
+    bool has_external;   /* external wrenches act on links, and `origin` has them */
+    bool followed;       /* their owner follows where contacts close and open: evaluations do not check this */
+    uint64_t load_state; /* kt_state_hash of the q and v that `load_friction` belongs to */
     double slow_slip;  /* an input: the largest slip of which the direction is predicted, m/s; or 0 (evaluate/slip.h) */
     bool posed;        /* poses and velocities of the spatial links are those of the next accelerations, once */
     bool placed;       /* poses of the spatial links are those of the accelerations that are evaluated now (open.c) */

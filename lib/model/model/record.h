@@ -261,6 +261,7 @@ typedef struct kt_island {
     X(breakaway)                                                                                                       \
     X(stribeck)                                                                                                        \
     X(smoothing)                                                                                                       \
+    X(efficiency)                                                                                                      \
     X(lower)                                                                                                           \
     X(upper)                                                                                                           \
     X(limit)                                                                                                           \
@@ -341,6 +342,8 @@ typedef struct kt_effect_record {
     bool disc;         /* contact: of the rim of a disc, not of a sphere */
     double direction;  /* sign of slip, for joint_friction that sticks; 0: it is smoothed */
     bool idle;         /* joint_friction that sticks or is released, in a mask: it exerts no force */
+    int32_t load_slot; /* joint_friction from a load: its index in kt_data.load, from 1; 0: there is no load */
+    int32_t load_loop; /* of this loop; -1: of the joint */
     kt_relative_record relative;
     int32_t path_point, path_count;     /* expression along a path: in model->path_point; 0: it is along none */
     int32_t path_link, path_link_count; /* in model->path_link */

@@ -63,7 +63,7 @@ static bool has_effects_without_lanes(const kt_model *model) {
 }
 
 bool kt_lanes_fit_model(const kt_model *model) {
-    if (has_effects_without_lanes(model))
+    if (has_effects_without_lanes(model) || model->n.loaded > 0)
         return false;
     if (model->n.group == 0)
         return true;
@@ -172,8 +172,8 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
     made->method = o->method;
     made->n = n;
     made->why = made->kernels ? NULL
-                              : "it has large groups of loops, equations by formulas or by a program, or effects in "
-                                "coordinates of loops: these are computed state by state";
+                              : "it has large groups of loops, equations by formulas or by a program, effects in "
+                                "coordinates of loops, or friction from loads: these are computed state by state";
     for (size_t i = 0; i < n.threads && status == KT_OK; i++)
         status = init_work(made, i, error);
     if (status != KT_OK)

@@ -198,6 +198,9 @@ kt_status kt_contacts_lay_out(kt_simulation *simulation, kt_error *error) {
         else
             c->item[k].v = c->all->link[c->all->loop[c->item[k].loop].link[0]].v;
     kt_status status = reject_massless(simulation, c, error);
+    if (status == KT_OK && c->rubs)
+        status = kt_load_reject(
+            model, "contacts", "hard contacts with friction do not support this; take elastic ones (stiffness)", error);
     if (status == KT_OK)
         status = kt_data_init_followed(c->all, c->data_memory, s.data, &c->data, error);
     if (status == KT_OK)

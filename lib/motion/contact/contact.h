@@ -8,6 +8,7 @@
 #include "cone/lemke.h"
 #include "contact/mask.h"
 #include "evaluate/evaluate.h"
+#include "evaluate/load_friction.h"
 #include "evaluate/slip.h"
 #include "model/switching.h"
 #include "step/simulation_struct.h"
@@ -21,16 +22,18 @@ typedef struct kt_contact {
     int loop, index;
     kt_contact_side next; /* of the set that follows: on if it is closed, or sticks; the last two for friction of joints
                              that slips backwards, or that is released */
-    bool meets;           /* its gap closes at this instant: it touches, even if rounding left a gap */
-    bool leaves;          /* its reaction, or its stick, has ended at this instant */
-    bool grazes;          /* it touches no faster than at rest (kt_contacts_find_grazing) */
-    bool flies;           /* it does not touch while impacts accumulate (accumulate.c) */
+    kt_contact_side began; /* `next` before reactions are solved (loaded_friction.c) */
+    bool meets;            /* its gap closes at this instant: it touches, even if rounding left a gap */
+    bool leaves;           /* its reaction, or its stick, has ended at this instant */
+    bool grazes;           /* it touches no faster than at rest (kt_contacts_find_grazing) */
+    bool flies;            /* it does not touch while impacts accumulate (accumulate.c) */
     bool spared;   /* loops hold its gap while it touches, or hold the joint of friction (kt_contacts_spare_held) */
     uint64_t bit;  /* its loop is on; 0: contacts share bits (model/switching.h) */
     double sign;   /* of the residual if the contact is open; 1 for friction */
     int effect;    /* friction: the effect; contacts: -1 */
     uint64_t back; /* friction of a joint: it slips backwards; with `bit`: it is released */
     int v;         /* friction of a joint: the index of its rate */
+    double load;   /* friction of a joint: the part of its limit that comes from a load (loaded_friction.c) */
     int of;        /* friction of a contact: the contact's index; a contact: the index of its friction; -1: none */
     int island;
 } kt_contact;
@@ -321,8 +324,9 @@ double kt_contact_rest(const kt_simulation *simulation, const double *W, int k);
  * length of a step. Requires the same. */
 double kt_contact_unresolved(const kt_simulation *simulation, const double *W, int k);
 
-/* Parameters of friction: mu of a contact, the largest force at rest in a joint, and the force at which a joint
- * slips. */
+/* Parameters of friction: mu of a contact, the largest force at rest in a joint, and the force at which a joint slips.
+ * The largest force contains the part of a load. The force of slip does not, because friction from a load is left out
+ * of accelerations at rest (kt_contacts_put_rests). */
 double kt_contact_coefficient(const kt_model *model, const kt_contact *contact);
 double kt_contact_limit(const kt_model *model, const kt_contact *contact);
 double kt_contact_slip(const kt_model *model, const kt_contact *contact);
@@ -338,6 +342,26 @@ void kt_contacts_share_load(const struct kt_contacts *c, const kt_model *model, 
 /* Friction slips if other friction of the same rate slips. The events of both are due at one instant, one after the
  * other. Friction that has begun to slip does not stick again within this instant (directions.c). */
 void kt_contacts_slip_together(kt_simulation *simulation);
+
+/* Friction from loads (loaded_friction.c).
+ *
+ * kt_contacts_put_rests leaves this friction out in the data of the simulation if its joint is at rest.
+ *
+ * kt_contacts_take_loads takes the loads of friction that sticks from the last reactions in the data.
+ *
+ * kt_contacts_find_loads evaluates these reactions, for the multipliers in c->row.
+ *
+ * kt_contacts_solve_loads repeats `solve`, which finds the set that follows, until the loads of this set are those from
+ * which the set was found. */
+bool kt_contacts_have_loads(const struct kt_contacts *c);
+void kt_contacts_put_rests(kt_simulation *simulation, bool rests);
+void kt_contacts_take_loads(struct kt_contacts *c, const kt_model *model, const kt_data *data,
+                            const double *multiplier);
+KT_CHECKED kt_status kt_contacts_find_loads(struct kt_contacts *c, const kt_instant *at, kt_error *error);
+typedef kt_status kt_contacts_solver(kt_simulation *simulation, double t, bool again, bool *jams, double *lost,
+                                     kt_error *error);
+KT_CHECKED kt_status kt_contacts_solve_loads(kt_simulation *simulation, double t, kt_contacts_solver *solve, bool again,
+                                             bool *jams, double *lost, kt_error *error);
 
 /* The contact that friction wedged in the last evaluation (slip.c); -1: no contact. */
 int kt_contacts_find_wedged(const kt_simulation *simulation);

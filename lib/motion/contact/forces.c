@@ -128,8 +128,10 @@ static kt_status find_open_accelerations(kt_simulation *simulation, double t, co
     const kt_model *slipping = kt_contacts_model(simulation, true);
     kt_data_rebind(slipping, simulation->data);
     kt_simulation_use_states(simulation, y);
+    kt_contacts_put_rests(simulation, true);
     kt_status status = kt_acceleration_evaluate(slipping, simulation->data, t, y, c->v, simulation->tau,
                                                 simulation->external, c->a, error);
+    kt_contacts_put_rests(simulation, false);
     if (status == KT_OK)
         status = kt_contacts_find_norm(simulation, slipping, y, c->a, &c->change, error);
     if (status == KT_OK)
@@ -208,12 +210,12 @@ static kt_status solve_rough_forces(kt_simulation *simulation, double t, bool ag
     return KT_OK;
 }
 
-/* Solves contact forces of all islands, from the accelerations without contacts. *jams: whether impulses have stopped
- * slip in any. */
-static kt_status solve_all_forces(kt_simulation *simulation, double t, bool again, bool *jams, double *lost,
-                                  kt_error *error) {
+/* Solves contact forces of all islands, from the accelerations without contacts in c->a. *jams: whether impulses have
+ * stopped slip in any. */
+static kt_status solve_islands(kt_simulation *simulation, double t, bool again, bool *jams, double *lost,
+                               kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
-    kt_status status = kt_contacts_find_free(simulation, t, kt_integrator_state(simulation->integrator), error);
+    kt_status status = KT_OK;
     for (int k = 0; k < c->n; k++)
         simulation->contact_state[k].shared = false;
     for (int i = 0; status == KT_OK && i < c->islands; i++) {
@@ -227,6 +229,18 @@ static kt_status solve_all_forces(kt_simulation *simulation, double t, bool agai
     if (status == KT_OK)
         kt_contacts_hold_together(c);
     return status;
+}
+
+static kt_status solve_all_forces(kt_simulation *simulation, double t, bool again, bool *jams, double *lost,
+                                  kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    for (int k = c->sides; k < c->n; k++)
+        c->item[k].load = 0.0;
+    const kt_status status = kt_contacts_find_free(simulation, t, kt_integrator_state(simulation->integrator), error);
+    if (status != KT_OK)
+        return status;
+    return kt_contacts_have_loads(c) ? kt_contacts_solve_loads(simulation, t, solve_islands, again, jams, lost, error)
+                                     : solve_islands(simulation, t, again, jams, lost, error);
 }
 
 kt_status kt_contacts_solve_reactions(kt_simulation *simulation, double t, double *lost, kt_error *error) {

@@ -229,9 +229,12 @@ static double reserve_of(const kt_simulation *simulation, int k, double *size) {
     const double *force = simulation->multiplier + kt_contact_row(model, contact);
     const double normal = c->item[at].sign * simulation->multiplier[kt_contact_row(model, &c->item[at])];
     const double metric = simulation->contact_state[at].metric, opens_at = simulation->contact_state[at].opens_at;
+    const kt_effect_record *effect = k < c->sides || rubs ? NULL : kt_effect_record_find(model, contact->effect);
+    const double load =
+        effect == NULL ? 0.0 : kt_load_friction_find(model, simulation->data, effect, *force > 0.0 ? -1.0 : 1.0);
     const double limit = rubs           ? kt_contact_coefficient(model, contact) * (normal - opens_at)
                          : k < c->sides ? 0.0
-                                        : kt_contact_limit(model, contact);
+                                        : fmax(effect->coulomb, effect->breakaway) + load;
     *size = fmax(fmax(fabs(normal), limit), simulation->event_memory[at].size);
     *size = fmax(*size, metric > 0.0 ? load_of_island(simulation, contact->island) / sqrt(metric) : 0.0);
     return rubs ? limit - kt_hypot(force[0], force[1]) : k < c->sides ? normal - opens_at : limit - fabs(normal);

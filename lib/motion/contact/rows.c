@@ -38,12 +38,12 @@ int kt_effect_stick_loop(const kt_model *model, int effect) {
 
 double kt_contact_limit(const kt_model *model, const kt_contact *contact) {
     const kt_effect_record *effect = kt_effect_record_find(model, contact->effect);
-    return fmax(effect->coulomb, effect->breakaway);
+    return fmax(effect->coulomb, effect->breakaway) + contact->load;
 }
 
 double kt_contact_slip(const kt_model *model, const kt_contact *contact) {
     const kt_effect_record *effect = kt_effect_record_find(model, contact->effect);
-    return effect->stribeck > 0.0 ? kt_contact_limit(model, contact) : effect->coulomb;
+    return effect->stribeck > 0.0 ? fmax(effect->coulomb, effect->breakaway) : effect->coulomb;
 }
 
 /* The first friction from item k on that sticks in the joint rate v; c->n: there is none. */

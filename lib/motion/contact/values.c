@@ -63,6 +63,8 @@ kt_status kt_contacts_find_values(struct kt_contacts *c, const kt_instant *at, k
         status = kt_contacts_find_equations(c, model, at->t, at->q, at->v, false, error);
     if (status == KT_OK && presses)
         status = kt_multiplier_evaluate(model, at->data, at->t, at->q, at->v, at->tau, at->external, c->row, error);
+    if (status == KT_OK && presses && kt_contacts_have_loads(c))
+        status = kt_contacts_find_loads(c, at, error);
     if (status == KT_OK && presses)
         kt_contacts_share_load(c, model, c->row);
     if (status == KT_OK && sticks)

@@ -469,9 +469,14 @@ const kt_part kt_contact_part = {.is_active = has_contacts,
                                  .check_record = kt_contacts_check_record};
 
 kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
-    kt_status status = kt_contacts_lay_out(simulation, error);
-    struct kt_contacts *c = simulation->contacts;
     const bool steps = simulation->steps_over_contacts;
+    kt_status status =
+        steps ? kt_load_reject(simulation->model, "contacts", "time stepping does not support this", error) : KT_OK;
+    if (status == KT_OK)
+        status = kt_contacts_lay_out(simulation, error);
+    if (status != KT_OK)
+        return status;
+    struct kt_contacts *c = simulation->contacts;
     for (int k = 0; status == KT_OK && !steps && k < c->n; k++) {
         const kt_event event = {.name = kt_loop_name(simulation->model, c->item[k].loop),
                                 .function = watch_contact,

@@ -147,12 +147,17 @@ static kt_status end_loads(kt_simulation *simulation, kt_status status, kt_recor
     return status;
 }
 
+/* Whether forces of effects that may be recorded follow from reactions (evaluate/load_friction.c). */
+static bool effects_need_reactions(const kt_simulation *simulation) {
+    return simulation->records.kinematics && simulation->model->n.loaded > 0;
+}
+
 /* Computes the requested quantities of the state in y at any time. */
 static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, kt_error *error) {
     const bool accelerates = (simulation->records.bits & KT_RECORD_ACCELERATIONS) != 0;
     kt_status status = begin_loads(simulation, record->t, error);
     simulation->cached = KT_CACHED_NOTHING;
-    if (status == KT_OK && accelerates &&
+    if (status == KT_OK && (accelerates || effects_need_reactions(simulation)) &&
         kt_simulation_accelerate(simulation, time_of_forces(simulation, record->t), simulation->y, simulation->tau,
                                  simulation->external, simulation->a, error) != 0)
         status = error->code;
@@ -428,7 +433,7 @@ static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *f
     kt_phase_complete(simulation);
     if (kt_simulation_is_stepped(simulation)) /* data do not hold results of the state */
         return evaluate_record(simulation, record, from);
-    if (accelerates || (simulation->records.bits & KT_RECORD_REACTIONS) != 0)
+    if (accelerates || (simulation->records.bits & KT_RECORD_REACTIONS) != 0 || effects_need_reactions(simulation))
         status = needs_last_step(simulation) ? find_acceleration_aside(simulation, from)
                                              : find_acceleration(simulation, from);
     else if (simulation->cached == KT_CACHED_EVALUATION)

@@ -20,6 +20,8 @@ const char *kt_code_effect_fault(const kt_model *model, const kt_effect_record *
     const bool is_hard = (effect->hard || effect->direction != 0.0 || effect->loops > 0);
     if (effect->type == KT_EFFECT_CUSTOM || effect->law != NULL)
         return "its force is a function in C";
+    if (effect->load_slot > 0)
+        return "its friction is proportional to a reaction";
     if (effect->path_count > 0)
         return "it acts along a path";
     if (is_hard || effect->relative.type != 0)

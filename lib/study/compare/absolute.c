@@ -15,6 +15,7 @@
 #include "dynamics/dynamics.h"
 #include "effect/effect.h"
 #include "evaluate/evaluate.h"
+#include "evaluate/load_friction.h"
 #include "joint/joint.h"
 #include "model/formula_names.h"
 #include "model/relative.h"
@@ -368,6 +369,9 @@ kt_status kt_absolute_create(const kt_description *description, const kt_model_o
     kt_status status = kt_massless_reject(model, "formulation", "absolute coordinates do not support this", error);
     if (status == KT_OK)
         status = reject_armature(model, error);
+    if (status == KT_OK)
+        status = kt_load_reject(model, "formulation", "absolute coordinates do not support this; use formulation: tree",
+                                error);
     if (status == KT_OK)
         status = kt_auxiliary_states_reject(model, "formulation",
                                             "absolute coordinates do not carry them; use formulation: tree", error);

@@ -4,6 +4,7 @@
 #include "compare/formulation.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"
+#include "evaluate/load_friction.h"
 #include "linear/lapack.h"
 #include "model/describe.h"
 
@@ -82,6 +83,9 @@ kt_status kt_constraint_formulation_init(const kt_model *model, kt_data *data,
     if (status == KT_OK)
         status = kt_massless_reject(model, "kt_constraint_formulation_init",
                                     "only the engine's own equations of motion support this", error);
+    if (status == KT_OK)
+        status = kt_load_reject(model, "kt_constraint_formulation_init",
+                                "only the engine's own equations of motion support this", error);
     if (status == KT_OK)
         status = kt_lapack_open(error);
     if (status == KT_OK)

@@ -1,0 +1,34 @@
+/* Friction of joints that is proportional to a reaction (load_friction.c). */
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef KT_EVALUATE_LOAD_FRICTION_H
+#define KT_EVALUATE_LOAD_FRICTION_H
+
+#include "evaluate/evaluate.h"
+
+/* Makes `forward` of a model whose effects are attached kt_load_forward if friction comes from loads. */
+void kt_load_attach(kt_model *model);
+
+/* The part of friction that comes from the load of the last reactions in the data, at a motion in this direction, 1 or
+ * -1. Not negative; 0 for an effect without a load. */
+double kt_load_friction_find(const kt_model *model, const kt_data *data, const kt_effect_record *effect,
+                             double direction);
+
+/* Takes the loads from reactions: from wrenches of joints (n.body), and data->loop_wrench. links: the kinematics of
+ * these. */
+void kt_loads_take(const kt_model *model, kt_data *data, const kt_link_kinematics *links, const kt_wrench *joints);
+
+/* The power that this friction dissipated in the last evaluation. */
+double kt_load_power(const kt_model *model, const kt_data *data, const double *v);
+
+/* The friction of an effect in the last evaluation. NAN: the last evaluation was one of another state. */
+double kt_load_friction_of(const kt_model *model, const kt_data *data, const double *q, const double *v,
+                           const kt_effect_record *effect);
+
+/* The derivative of this friction by the rate of its joint, with the load of the last evaluation. */
+double kt_load_damping(const kt_model *model, const kt_data *data, const kt_effect_record *effect, double v);
+
+/* Rejects a model with such friction with KT_ERROR_UNSUPPORTED at `where`. `what`: what the caller can do instead. */
+KT_INNER KT_CHECKED kt_status kt_load_reject(const kt_model *model, const char *where, const char *what,
+                                             kt_error *error);
+
+#endif
