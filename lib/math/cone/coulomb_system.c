@@ -270,16 +270,20 @@ static void find_null_vector(kt_coulomb_system *s, int rank, int k) {
 }
 
 /* The units of the unknowns: the weights of the items. In the second pass, tangential forces have the square root of
- * the normal force as unit. Then tangential forces are in proportion to normal forces, so that feet that slip reach
- * their limits together. */
+ * the normal force as unit, relative to the largest one. Then tangential forces are in proportion to normal forces, so
+ * that feet that slip reach their limits together. */
 static void set_units(const kt_coulomb *c, kt_coulomb_system *s, bool second) {
-    double normal = 0.0;
+    double normal = 0.0, most = 0.0;
+    for (int k = 0; k < s->n; k++) {
+        const kt_coulomb_item *item = &c->item[s->item[k]];
+        most = fmax(most, s->equation[k] == item->row ? item->least + s->x[k] : item->least);
+    }
     for (int k = 0; k < s->n; k++) {
         const kt_coulomb_item *item = &c->item[s->item[k]];
         const bool is_normal = s->equation[k] == item->row;
         normal = is_normal ? item->least + s->x[k] : k > 0 && s->item[k - 1] == s->item[k] ? normal : item->least;
         s->unit[k] = s->is_weighted ? 1.0 / sqrt(kt_coulomb_weight(c, s->item[k])) : 1.0;
-        s->unit[k] *= second && !is_normal && normal > 0.0 ? sqrt(normal) : 1.0;
+        s->unit[k] *= second && !is_normal && normal > 0.0 ? sqrt(normal / most) : 1.0;
     }
 }
 
