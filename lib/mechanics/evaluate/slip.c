@@ -43,32 +43,30 @@
 /* The largest 1 - G_ii of a reaction that counts as wedged: friction makes a normal force a thousand times as large.
  * Stages of a fixed step behind the end of slip have such forces, and would throw the body. */
 static const double wedged = 1e-3;
-/* The time behind which the drift of slip velocities is found, s. */
-static const double later = 4e-7;
-
 /* ---- forces ------------------------------------------------------------------------------------------------------ */
 
 /* The slip velocity s on the side of the direction d in which slip began. Its part across d counts from `still` on. */
-static void keep_side_of_slip(const double s[2], const double d[2], double *x, double *y) {
+static void keep_side_of_slip(const double s[2], const double d[2], double still, double *x, double *y) {
     const double along = s[0] * d[0] + s[1] * d[1], across = d[0] * s[1] - d[1] * s[0];
-    const double beyond = fabs(across) > kt_slip_still ? fabs(across) - kt_slip_still : 0.0;
+    const double beyond = fabs(across) > still ? fabs(across) - still : 0.0;
     const double side = copysign(beyond, along < 0.0 ? -across : across);
-    *x = (fabs(along) + kt_slip_still) * d[0] - side * d[1];
-    *y = (fabs(along) + kt_slip_still) * d[1] + side * d[0];
+    *x = (fabs(along) + still) * d[0] - side * d[1];
+    *y = (fabs(along) + still) * d[1] + side * d[0];
 }
 
 /* Finds e from the slip velocity and the direction in which slip began, d; 0 if both are 0. */
-static void slip_direction_of(const double s[2], const double d[2], double e[2]) {
+static void slip_direction_of(const double s[2], const double d[2], double still, double e[2]) {
     double x = s[0], y = s[1];
     if (d[0] != 0.0 || d[1] != 0.0)
-        keep_side_of_slip(s, d, &x, &y);
+        keep_side_of_slip(s, d, still, &x, &y);
     const double norm = kt_hypot(x, y);
     e[0] = norm > 0.0 ? x / norm : 0.0;
     e[1] = norm > 0.0 ? y / norm : 0.0;
 }
 
 static void set_slip_direction(kt_data *data, size_t k) {
-    slip_direction_of(data->slip_velocity + 2 * k, data->slip + 2 * k, data->slip_direction + 2 * k);
+    slip_direction_of(data->slip_velocity + 2 * k, data->slip + 2 * k, kt_slip_still * data->slow_slip,
+                      data->slip_direction + 2 * k);
 }
 
 static const kt_effect_record *effect_of_slip(const kt_data *data, size_t k) {
@@ -221,6 +219,7 @@ static void begin_slow_island(kt_slip_problem *p) {
 
 /* Finds the part of s' that is not due to accelerations: s' = J a + J' v. `step` is for nv numbers. */
 static void find_drift(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *step, double *drift) {
+    const double later = kt_slip_problem_of(data)->slow_time;
     for (size_t i = 0; i < model->n.v; i++)
         step[i] = later * at->v[i];
     kt_position_add(model, at->q, step, data->moved_q);
@@ -423,16 +422,26 @@ static kt_status accelerate(const kt_model *model, kt_data *data, const kt_dynam
     return evaluate(model, data, at, a, NULL, error);
 }
 
+double kt_largest_speed(const kt_model *model, const double *v) {
+    double most = 0.0;
+    for (size_t i = 1; i < model->n.link; i++)
+        for (int k = 0; k < kt_link_dofs(&model->link[i]); k++)
+            most = fmax(most,
+                        fabs(v[model->link[i].v + k]) * (k < kt_link_lengths(&model->link[i]) ? 1.0 : model->length));
+    return most;
+}
+
 /* Rejects slip that begins, unless the data belong to a simulation: others have no d, and e = 0 leaves the friction
  * out. */
-static kt_status reject_unknown_direction(const kt_model *model, const kt_data *data, double t, kt_error *error) {
+static kt_status reject_unknown_direction(const kt_model *model, const kt_data *data, const kt_dynamic_state *at,
+                                          kt_error *error) {
+    const double speed = data->followed ? 0.0 : kt_largest_speed(model, at->v);
     for (size_t k = 0; !data->followed && k < model->n.slip; k++) {
         const double *s = data->slip_velocity + 2 * k, *d = data->slip + 2 * k;
-        if (!(fabs(s[0]) <= kt_contact_resting) || d[0] != 0.0 || d[1] != 0.0 ||
-            !(kt_hypot(s[0], s[1]) <= kt_contact_resting))
+        if (d[0] != 0.0 || d[1] != 0.0 || !(kt_hypot(s[0], s[1]) <= kt_slip_rest * speed))
             continue;
         return kt_error_set(error, KT_ERROR_UNSUPPORTED,
-                            kt_where_format("contact '%.60s', t = %.9g s", kt_slip_name(model, k), t).text,
+                            kt_where_format("contact '%.60s', t = %.9g s", kt_slip_name(model, k), at->t).text,
                             "it begins to slip, and only a simulation has the direction of its friction; take the "
                             "accelerations of the simulation");
     }
@@ -443,7 +452,7 @@ kt_status kt_slip_forward(const kt_model *model, kt_data *data, const kt_dynamic
                           kt_error *error) {
     kt_slip_begin(model, data);
     const bool is_slow = find_directions(model, data, at, a);
-    const kt_status status = reject_unknown_direction(model, data, at->t, error);
+    const kt_status status = reject_unknown_direction(model, data, at, error);
     if (status == KT_OK)
         return accelerate(model, data, at, is_slow, a, error);
     data->posed = false; /* the next evaluation is that of another state */

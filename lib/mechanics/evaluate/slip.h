@@ -10,8 +10,9 @@
 
 #include <math.h>
 
-/* The rate below which friction has come to rest, m/s or rad/s. */
-static const double kt_contact_resting = 1e-9;
+/* The rate below which friction has come to rest, as a part of the rate at which the mechanism moves by its own size
+ * (contact/own_time.c), or of the speeds of the motion. */
+static const double kt_slip_rest = 1e-9;
 
 /* Directions of slip and normal forces of n contacts. Slow slip has rows of each: N, in `unit`, and (s + tau s') / tau
  * along both axes. Contacts of different islands (kt_group.island) do not act on each other. Therefore the islands are
@@ -74,6 +75,7 @@ typedef struct kt_slip_problem {
     kt_error *error;   /* and with this error */
     bool found;        /* all directions of slow slip are found */
     bool wide;         /* predictions have the length of fixed steps (slip_prediction.c) */
+    double slow_time;  /* an input of simulations: tau0 of adaptive steps, s */
     size_t wedged;     /* the contact that friction wedged in the last evaluation; n: none */
     size_t per;        /* of each contact one, along e, or two, along both axes */
     size_t islands;
@@ -96,14 +98,9 @@ static inline kt_slip_problem *kt_slip_problem_of(const kt_data *data) {
 /* The index of contact i of the present island. */
 static inline size_t kt_slip_index(const kt_slip_problem *p, size_t i) { return (size_t)p->order[p->at->first + i]; }
 
-/* The largest slip velocity that counts as zero, and the least s0 of adaptive steps, m/s (slip_prediction.c). */
-static const double kt_slip_still = 1e-14, kt_slip_slow = 4e-6;
-
-/* s0, m/s, and tau0, s, of adaptive steps. */
-static inline double kt_slip_slow_of(const kt_data *data) {
-    return data->slow_slip > kt_slip_slow ? data->slow_slip : kt_slip_slow;
-}
-static inline double kt_slip_time_of(const kt_data *data) { return 0.1 * kt_slip_slow_of(data); }
+/* The largest slip velocity that counts as zero, as a part of s0. The least s0 and tau0 of adaptive steps, as parts of
+ * the speed and time of a motion of the mechanism by its own size (slip_prediction.c). */
+static const double kt_slip_still = 2.5e-9, kt_slip_slow = 1.2e-6;
 
 /* tau of fixed steps for slip of this speed, which slows down at the rate `slowing`, m/s^2, and would slow down at the
  * rate `most` by friction alone (slip_prediction.c). tau is 0 if slip does not slow down. */
@@ -115,7 +112,7 @@ static inline double kt_slip_fading_time(double largest, double speed, double sl
 /* Whether slip is too fast for a prediction: tau is 0 (slip_prediction.c). */
 static inline bool kt_slip_is_fast(const kt_data *data, size_t k) {
     const double *s = data->slip_velocity + 2 * k, wide = data->slip_slow[2 * k + 1];
-    const double slow = kt_slip_slow_of(data), most = wide > slow ? wide : slow;
+    const double most = wide > data->slow_slip ? wide : data->slow_slip;
     return fabs(s[0]) >= most || fabs(s[1]) >= most;
 }
 
@@ -129,13 +126,16 @@ void kt_slip_begin(const kt_model *model, kt_data *data);
 void kt_slip_begin_slow(const kt_model *model, kt_slip_problem *p);
 void kt_slip_select(const kt_model *model, kt_slip_problem *p, kt_slip_island *island);
 
+/* The largest speed of a joint, m/s, whose turn moves points by up to the mechanism's length. */
+double kt_largest_speed(const kt_model *model, const double *v);
+
 /* Evaluates kt_acceleration_evaluate for a model in which hard contacts slip, without effects (slip.c). */
 kt_forward_call kt_slip_forward;
 /* Adds one such contact to a model that is being compiled. */
 void kt_slip_add(kt_model *model);
-/* Turns a direction in data->slip to the present slip if slip has turned away from the direction, in the state q, v.
- * Returns whether any direction turned. */
-bool kt_slip_follow(const kt_model *model, kt_data *data, const double *q, const double *v);
+/* Turns a direction in data->slip to the present slip, in the state q, v, if slip that is faster than `least`, m/s, has
+ * turned away from the direction. Returns whether any direction turned. */
+bool kt_slip_follow(const kt_model *model, kt_data *data, const double *q, const double *v, double least);
 /* Adds the derivative of the directions of friction by velocities to a matrix of damping, Z'C (slip_damping.c). Z has
  * `free` columns of nv numbers; NULL: Z = 1. a: scratch (nv). */
 KT_CHECKED kt_status kt_slip_add_damping(const kt_model *model, kt_data *data, const kt_dynamic_state *at,

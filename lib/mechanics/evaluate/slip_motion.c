@@ -4,8 +4,8 @@
 #include "evaluate/slip.h"
 #include "reduction/kernel.h"
 
-/* d follows slip that is faster than `directed`, m/s, if the cosine of its angle with s is less than `aligned`. */
-static const double directed = 1e-11, aligned = 0.9;
+/* d follows slip if the cosine of its angle with s is less than this. */
+static const double aligned = 0.9;
 
 typedef struct slip_end {
     kt_mat3 axes;
@@ -184,13 +184,13 @@ void kt_slip_find_rates(const kt_model *model, kt_data *data, const double *q, c
         }
 }
 
-bool kt_slip_follow(const kt_model *model, kt_data *data, const double *q, const double *v) {
+bool kt_slip_follow(const kt_model *model, kt_data *data, const double *q, const double *v, double least) {
     bool any = false;
     kt_slip_find_rates(model, data, q, v, data->slip_velocity);
     for (size_t k = 0; k < model->n.slip; k++) {
         const double *s = data->slip_velocity + 2 * k, size = kt_hypot(s[0], s[1]);
         double *d = data->slip + 2 * k;
-        if (!(size > directed) || s[0] * d[0] + s[1] * d[1] >= aligned * size)
+        if (!(size > least) || s[0] * d[0] + s[1] * d[1] >= aligned * size)
             continue;
         for (size_t i = 0; i < 2; i++)
             d[i] = s[i] / size;

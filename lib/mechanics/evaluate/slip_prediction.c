@@ -19,16 +19,17 @@
  * it. The slip of this corner does not end.
  *
  * Across e this makes an error of the acceleration. The error is tau times the acceleration of s along e, times the
- * rate at which e turns. In total the velocity is off by tau0 s0 times this rate. With adaptive steps and the
- * absolute tolerance R of velocities
+ * rate at which e turns. In total the velocity is off by tau0 s0 times this rate. Let T be the time in which the
+ * mechanism moves by its own size L (contact/own_time.c). With adaptive steps and the absolute tolerance R of
+ * velocities
  *
- *     tau0 = 4e-7 s r,   s0 = 4e-6 m/s r,   r = sqrt(R / 1e-9),   1 <= r <= 300
+ *     tau0 = 1.2e-6 T r,   s0 = 1.2e-6 L / T r,   r = sqrt(R T / (1e-9 L)),   1 <= r <= 300
  *
- * so that a rate of 1 rad/s makes an error of R / 600. Near the point about which a foot turns, slip remains slow for
- * long, and friction turns it as fast as this permits. The rate s' is affine in the forces at all contacts that slip.
- * The iteration for the directions is in cone/coulomb.h. If no solution is found, e is the direction of s, which is
- * counted (kt_contact_counts.unconverged). Then forces jump: without sigma = 0, implicit steps found no solution in
- * such states.
+ * so that a turn of 1 rad within T makes an error of R / 690. Near the point about which a foot turns, slip remains
+ * slow for long, and friction turns it as fast as this permits. The rate s' is affine in the forces at all contacts
+ * that slip. The iteration for the directions is in cone/coulomb.h. If no solution is found, e is the direction of s,
+ * which is counted (kt_contact_counts.unconverged). Then forces jump: without sigma = 0, implicit steps found no
+ * solution in such states.
  *
  * Fixed steps of explicit methods. Friction turns slip at a rate of mu N W / |s|. W is the response of slip to
  * forces across it. Steps of length h are unstable where this rate exceeds about 2 / h. A turn of the body that should
@@ -80,19 +81,19 @@ static double prediction_time_of(const kt_data *data, size_t k, double tau0, dou
 }
 
 /* Whether steps are fixed, and too long to resolve the turning of this slip without a prediction. */
-static bool is_unresolved(const kt_data *data, size_t k) { return data->slip_slow[2 * k + 1] > kt_slip_slow_of(data); }
+static bool is_unresolved(const kt_data *data, size_t k) { return data->slip_slow[2 * k + 1] > data->slow_slip; }
 
 double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows) {
     const double *of = data->slip_slow + 2 * k;
     const bool wide = is_unresolved(data, k);
-    const double time = kt_slip_time_of(data);
-    return prediction_time_of(data, k, wide ? fmax(of[0], time) : time, wide ? of[1] : kt_slip_slow_of(data), grows);
+    const double time = kt_slip_problem_of(data)->slow_time;
+    return prediction_time_of(data, k, wide ? fmax(of[0], time) : time, wide ? of[1] : data->slow_slip, grows);
 }
 
 /* tau of adaptive steps. */
 static double adaptive_prediction_time(const kt_data *data, size_t index) {
     double grows;
-    return prediction_time_of(data, index, kt_slip_time_of(data), kt_slip_slow_of(data), &grows);
+    return prediction_time_of(data, index, kt_slip_problem_of(data)->slow_time, data->slow_slip, &grows);
 }
 
 /* tau of slip that grows, for a contact of a problem. */
@@ -189,8 +190,8 @@ static void predict_directions(const kt_data *data, kt_slip_problem *p, bool *ho
         p->tau[kt_slip_index(p, (size_t)k)] = limited_prediction_time(data, p, slow_ones, *holds, k);
     for (int k = 0; k < c->n; k++) {
         const size_t index = kt_slip_index(p, (size_t)k);
-        const double *s = data->slip_velocity + 2 * index, size = kt_hypot(s[0], s[1]) + kt_slip_still,
-                     tau = p->tau[index];
+        const double *s = data->slip_velocity + 2 * index,
+                     size = kt_hypot(s[0], s[1]) + kt_slip_still * data->slow_slip, tau = p->tau[index];
         p->predicted[index] = tau > 0.0;
         c->item[k].type = tau > 0.0 ? KT_COULOMB_CONE : KT_COULOMB_SLIPS;
         for (int i = 0; i < 2 && tau > 0.0; i++)

@@ -28,6 +28,7 @@ typedef struct kt_contact {
     bool grazes;           /* it touches no faster than at rest (kt_contacts_find_grazing) */
     bool flies;            /* it does not touch while impacts accumulate (accumulate.c) */
     bool spared;   /* loops hold its gap while it touches, or hold the joint of friction (kt_contacts_spare_held) */
+    double unit;   /* of its gap: the mechanism's length, or 1 rad */
     uint64_t bit;  /* its loop is on; 0: contacts share bits (model/switching.h) */
     double sign;   /* of the residual if the contact is open; 1 for friction */
     int effect;    /* friction: the effect; contacts: -1 */
@@ -172,7 +173,7 @@ static inline bool kt_contacts_have_cones(const struct kt_contacts *c) {
     return c->touching > c->resting || c->resting > c->most;
 }
 
-/* Gaps up to this part of the mechanism's length, or of 1 m or rad, touch. */
+/* Gaps up to this part of the mechanism's length touch. */
 static const double kt_contact_touching = 1e-11;
 /* Rates and accelerations below this part of the sum of their terms are rounding. */
 static const double kt_contact_rounding = 1e-11;
@@ -187,6 +188,19 @@ static inline bool kt_contact_is_closed(const kt_model *model, const kt_contact 
 
 /* Whether the contact is released, so that it does not act at any gap (kt_simulation_set_released). */
 bool kt_contact_is_released(const kt_contact *contact);
+
+/* The rate of item k below which it has come to rest, m/s or rad/s, but for rounding of the time. */
+static inline double kt_contact_resting(const kt_simulation *simulation, int k) {
+    const double time = simulation->memory.own_time;
+    return time > 0.0 ? kt_slip_rest * simulation->contacts->item[k].unit / time : 0.0;
+}
+/* Finds the time in which the mechanism moves by its own size (own_time.c), from `speed` and `change`. Data of the
+ * simulation belong to `open`. */
+KT_CHECKED kt_status kt_contacts_find_own_time(kt_simulation *simulation, const kt_model *open, const double *q,
+                                               kt_error *error);
+
+/* Finds it at the start, at the velocities c->v. */
+void kt_contacts_begin_own_time(kt_simulation *simulation, double t, const double *y);
 
 /* The first row of its equations. */
 static inline int kt_contact_row(const kt_model *model, const kt_contact *contact) {
@@ -386,8 +400,8 @@ KT_CHECKED kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_
                                                 kt_error *error);
 
 /* Checks rows that close, u < 0 (rejection.c). Data of the simulation belong to `open`. A row without a lever that
- * closes by less than kt_contact_resting rests: its u becomes 0. Errors: a contact has no lever on any joint, or its
- * motion is prescribed. */
+ * closes by less than its kt_contact_resting rests: its u becomes 0. Errors: a contact has no lever on any joint, or
+ * its motion is prescribed. */
 KT_CHECKED kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *open, double t,
                                               kt_error *error);
 /* Writes x'M x to *square, in which every joint moves by its unit: 1 rad, or the mechanism's length. Data of the
@@ -440,7 +454,6 @@ double kt_contact_slip_along(const kt_model *model, const kt_data *data, const k
 /* Writes the directions of slip to the simulation's data. */
 void kt_contacts_put_directions(kt_simulation *simulation);
 /* s0 of slip_prediction.c, without the length of fixed steps. */
-double kt_contacts_slow_slip(const kt_simulation *simulation);
 /* Returns tau of contact k, which slips at this speed, for reactions at an instant (slip_prediction.c). Fixed steps of
  * explicit methods need its deceleration in the present direction. If this is unknown, HUGE_VAL, or if slip grows, tau
  * is 0. */

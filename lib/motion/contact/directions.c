@@ -51,8 +51,8 @@
 
 enum { TURNS = 8, TRIES = 64 };
 
-/* s */
-static const double briefly = 1e-6, hold = 1e-4;
+/* Parts of the time in which the mechanism moves by its own size (own_time.c). */
+static const double briefly = 3e-6, hold = 3e-4;
 /* The largest slip that many tries of a fixed step end, relative to the rest velocity. */
 static const double hovering = 100.0;
 
@@ -105,23 +105,28 @@ static double rate_of_friction(const kt_simulation *simulation, int k) {
 double kt_contacts_prediction_time(const kt_simulation *simulation, int k, double speed, double slowing) {
     const kt_data *data = simulation->data;
     if (!needs_wide_prediction(simulation))
-        return kt_slip_time_at_speed(speed, kt_slip_time_of(data), kt_slip_slow_of(data));
+        return kt_slip_time_at_speed(speed, kt_slip_problem_of(data)->slow_time, data->slow_slip);
     if (!(slowing < HUGE_VAL))
         return 0.0;
     const double h = simulation->step, most = rate_of_friction(simulation, k);
     return kt_slip_fading_time(kt_slip_time_at_speed(speed, h, h * most), speed, slowing, most);
 }
 
-double kt_contacts_slow_slip(const kt_simulation *simulation) {
+/* r of predictions (evaluate/slip_prediction.c), with the speed `own` at which the mechanism moves by its own size. */
+static double coarseness_of_slip(const kt_simulation *simulation, double own) {
     double least = HUGE_VAL;
     for (size_t i = 0; simulation->step == 0.0 && i < simulation->size.nv; i++)
         least = fmin(least, kt_error_scale(simulation->integrator, simulation->size.nq + i, 0.0, 0.0));
-    return kt_slip_slow * (simulation->step > 0.0 ? 1.0 : fmax(1.0, fmin(300.0, sqrt(least / 1e-9))));
+    return simulation->step > 0.0 || !(own > 0.0) ? 1.0 : fmax(1.0, fmin(300.0, sqrt(least / (kt_slip_rest * own))));
 }
 
 void kt_contacts_put_directions(kt_simulation *simulation) {
     const bool wide = needs_wide_prediction(simulation);
-    simulation->data->slow_slip = simulation->slow_slip;
+    const double time = simulation->memory.own_time, own = time > 0.0 ? simulation->contacts->all->length / time : 0.0;
+    const double part = kt_slip_slow * coarseness_of_slip(simulation, own);
+    simulation->slow_slip = simulation->data->slow_slip = part * own;
+    if (simulation->model->n.slip > 0)
+        kt_slip_problem_of(simulation->data)->slow_time = part * time;
     for (int k = 0; simulation->model->n.slip > 0 && k < simulation->contacts->sides; k++) {
         const kt_contact_memory *memory = &simulation->contact_state[k];
         if (!kt_contact_is_slipping(simulation, k))
@@ -184,6 +189,14 @@ static void take_directions(kt_simulation *simulation) {
     }
 }
 
+/* The least slip that has a direction, m/s. Slower slip is rounding of velocities, or of the time of an event at which
+ * slip reverses. */
+static double least_directed_slip(const kt_simulation *simulation) {
+    static const double directed = 5e-12, roundings = 64.0 * DBL_EPSILON;
+    const double time = simulation->memory.own_time, t = kt_integrator_time(simulation->integrator);
+    return time > 0.0 ? simulation->contacts->all->length / time * fmax(directed, roundings * fabs(t) / time) : 0.0;
+}
+
 bool kt_contacts_follow_slip(kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_model *model = simulation->model;
@@ -191,7 +204,7 @@ bool kt_contacts_follow_slip(kt_simulation *simulation) {
     if (model->n.slip == 0)
         return false;
     simulation->cached = KT_CACHED_NOTHING;
-    bool changes = kt_slip_follow(model, simulation->data, y, y + simulation->size.nq);
+    bool changes = kt_slip_follow(model, simulation->data, y, y + simulation->size.nq, least_directed_slip(simulation));
     take_directions(simulation);
     for (int k = c->sides; k < c->n; k++) {
         if (!kt_contact_rubs(c, k) || kt_contact_is_closed(model, &c->item[k]) ||
@@ -207,13 +220,13 @@ bool kt_contacts_follow_slip(kt_simulation *simulation) {
 
 /* Counts an end of stick, or of slip. Returns whether friction is held from now on. step: the length of a fixed step,
  * or 0. */
-static bool count_friction_end(kt_contact_memory *memory, double t, double step) {
-    memory->ends = t - memory->ended_at <= briefly ? memory->ends + 1 : 0;
+static bool count_friction_end(kt_contact_memory *memory, double t, double own, double step) {
+    memory->ends = t - memory->ended_at <= briefly * own ? memory->ends + 1 : 0;
     memory->ended_at = t;
     if (memory->ends < TURNS)
         return false;
     memory->ends = 0;
-    memory->held = t + fmax(hold, step);
+    memory->held = t + fmax(hold * own, step);
     return true;
 }
 
@@ -232,7 +245,8 @@ bool kt_contact_leaves(kt_simulation *simulation, int k, bool due) {
     if (k < simulation->contacts->sides)
         return due;
     if (due && kt_contact_rubs(simulation->contacts, k))
-        simulation->memory.contacts.rested += count_friction_end(memory, t, simulation->step);
+        simulation->memory.contacts.rested +=
+            count_friction_end(memory, t, simulation->memory.own_time, simulation->step);
     return due || memory->left > 1;
 }
 
@@ -265,11 +279,12 @@ int kt_contacts_find_slow(const kt_simulation *simulation) {
 }
 
 void kt_contact_hold(kt_simulation *simulation, int k) {
-    simulation->contact_state[k].held = kt_integrator_time(simulation->integrator) + hold;
+    simulation->contact_state[k].held = kt_integrator_time(simulation->integrator) + hold * simulation->memory.own_time;
 }
 
 void kt_contact_hold_friction(kt_simulation *simulation, int k) {
-    simulation->contact_state[k].held = kt_integrator_time(simulation->integrator) + fmax(hold, simulation->step);
+    simulation->contact_state[k].held =
+        kt_integrator_time(simulation->integrator) + fmax(hold * simulation->memory.own_time, simulation->step);
     simulation->memory.contacts.rested++;
 }
 
@@ -296,7 +311,8 @@ bool kt_contact_count_reversal(kt_simulation *simulation, int k) {
     const int contact = simulation->contacts->item[k].of;
     kt_contact_memory *memory = &simulation->contact_state[contact];
     const bool may_rest = simulation->model->loop[simulation->contacts->item[contact].loop].rest_velocity > 0.0;
-    const bool is_held = may_rest && count_friction_end(&simulation->contact_state[k], t, simulation->step);
+    const bool is_held =
+        may_rest && count_friction_end(&simulation->contact_state[k], t, simulation->memory.own_time, simulation->step);
     simulation->memory.contacts.rested += is_held;
     if (!(simulation->step > 0.0) || !may_rest)
         return is_held;

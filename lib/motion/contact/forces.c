@@ -109,13 +109,15 @@ static bool raise_rates_of_rest(kt_simulation *simulation, double t) {
     bool changes = false;
     for (int k = 0; k < c->islands; k++) {
         (void)kt_contacts_select(c, k);
-        for (int i = c->meeting; i < c->resting; i++) {
+        for (int i = c->meeting; i < c->touching; i++) {
             const kt_contact *item = &c->item[c->list[i]];
+            const bool is_dry = i < c->resting;
             double size, *resting = &c->rest_rate[c->list[i]];
             (void)kt_contact_acceleration(c, c->W, i, &size);
-            size = fmax(size, kt_contacts_own(c, c->W, i) * kt_contact_limit(simulation->model, item));
+            if (is_dry)
+                size = fmax(size, kt_contacts_own(c, c->W, i) * kt_contact_limit(simulation->model, item));
             *resting = fmax(*resting, roundings * fabs(t) * size);
-            changes = changes || (item->next == KT_CONTACT_BACK && c->v[item->v] >= -*resting);
+            changes = changes || (is_dry && item->next == KT_CONTACT_BACK && c->v[item->v] >= -*resting);
         }
     }
     return changes;
@@ -135,6 +137,8 @@ static kt_status find_open_accelerations(kt_simulation *simulation, double t, co
     if (status == KT_OK)
         status = kt_contacts_find_norm(simulation, slipping, y, c->a, &c->change, error);
     if (status == KT_OK)
+        status = kt_contacts_find_own_time(simulation, slipping, y, error);
+    if (status == KT_OK)
         status = kt_contacts_find_equations(c, simulation->model, t, y, c->v, true, error);
     return status;
 }
@@ -142,7 +146,7 @@ static kt_status find_open_accelerations(kt_simulation *simulation, double t, co
 kt_status kt_contacts_find_free(kt_simulation *simulation, double t, const double *y, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     for (int k = 0; k < c->n; k++)
-        c->rest_rate[k] = kt_contact_resting;
+        c->rest_rate[k] = kt_contact_resting(simulation, k);
     kt_status status = find_open_accelerations(simulation, t, y, error);
     if (status == KT_OK && raise_rates_of_rest(simulation, t))
         status = find_open_accelerations(simulation, t, y, error);

@@ -139,7 +139,7 @@ static double slip_speed_of(const struct kt_contacts *c, int i, const double *u)
 
 /* Whether the contact of row i slips. */
 static bool row_is_slipping(const struct kt_contacts *c, int i, const double *u) {
-    return slip_speed_of(c, i, u) > kt_contact_resting;
+    return c->item[c->list[i]].of >= 0 && slip_speed_of(c, i, u) > c->rest_rate[c->item[c->list[i]].of];
 }
 
 /* Whether the impulses of the solution change the slip of row i, and not just its approach. */
@@ -213,14 +213,15 @@ static void add_coulomb_contact(kt_coulomb *p, const kt_simulation *simulation, 
     if (item->type != KT_COULOMB_CONE)
         return;
     const double *slip = u + p->line[item->across], speed = kt_hypot(slip[0], slip[1]);
+    const double rest = c->rest_rate[c->item[c->list[line]].of];
     const bool is_held =
-        (c->holds || (!c->frees && speed <= kt_contact_resting)) &&
+        (c->holds || (!c->frees && speed <= rest)) &&
         kt_integrator_time(simulation->integrator) < simulation->contact_state[c->item[c->list[line]].of].held;
     item->friction *= is_held ? holding : 1.0;
     const double stops =
         fmax(kt_contact_loop(simulation, line)->rest_velocity, simulation->contact_state[c->list[line]].stops_below);
     const bool ends = c->stops || c->item[c->item[c->list[line]].of].meets;
-    const bool slips = !is_held && speed > (ends ? stops : kt_contact_resting);
+    const bool slips = !is_held && speed > (ends ? fmax(stops, rest) : rest);
     double *ahead = &c->ahead[p->n - 1];
     *ahead = slips && !c->present ? kt_contacts_prediction_time(simulation, c->list[line], speed, c->slowing[p->n - 1])
                                   : 0.0;
@@ -329,8 +330,9 @@ static bool any_comes_to_rest(const struct kt_contacts *c, const double *u) {
     bool any = false;
     for (int i = 0; i < p->n; i++) {
         const double *slip = u + p->line[p->item[i].across];
-        any = any || (p->item[i].type == KT_COULOMB_CONE && !(c->ahead[i] > 0.0) &&
-                      c->solution->mode[i] == KT_COULOMB_STICK && kt_hypot(slip[0], slip[1]) > kt_contact_resting);
+        any = any ||
+              (p->item[i].type == KT_COULOMB_CONE && !(c->ahead[i] > 0.0) && c->solution->mode[i] == KT_COULOMB_STICK &&
+               kt_hypot(slip[0], slip[1]) > c->rest_rate[c->item[c->list[c->posed[i]]].of]);
     }
     return any;
 }

@@ -74,7 +74,8 @@ void kt_contacts_find_grazing(kt_simulation *simulation, const double *u) {
     const struct kt_contacts *c = simulation->contacts;
     for (int i = 0; i < c->meeting; i++) {
         kt_contact *item = &simulation->contacts->item[c->list[i]];
-        const double slowest = fmax(kt_contact_loop(simulation, i)->rest_velocity, kt_contact_resting);
+        const double slowest =
+            fmax(kt_contact_loop(simulation, i)->rest_velocity, kt_contact_resting(simulation, c->list[i]));
         item->grazes = kt_contact_is_closed(simulation->model, item)
                            ? simulation->contact_state[item->index].opens_at < 0.0 && !item->leaves
                            : item->meets && fabs(u[i]) <= slowest;
@@ -86,7 +87,7 @@ static bool rubs_at_speed(const struct kt_contacts *c, int i, const double *u) {
     double most = 0.0;
     for (int j = c->resting; j < c->touching; j++)
         most = c->list[j] == c->item[c->list[i]].of ? fmax(most, fabs(u[j])) : most;
-    return most > kt_contact_resting;
+    return c->item[c->list[i]].of >= 0 && most > c->rest_rate[c->item[c->list[i]].of];
 }
 
 /* The weight of a box on three of its corners may lie on a diagonal. Then two reactions carry the weight, and the third

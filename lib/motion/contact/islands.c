@@ -8,6 +8,7 @@
  * island. Each coordinate moves with one island alone. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "contact/contact.h"
+#include "kinetree/loop.h"
 
 /* So many contacts always have room in matrices, and so many if no contact has friction. */
 enum { CONTACT_ROOM = 32, SMOOTH_ROOM = 3 * CONTACT_ROOM };
@@ -71,6 +72,8 @@ void kt_contacts_place_islands(struct kt_contacts *c) {
         row += rows_of_island(of);
         W += numbers_of_W(of, (size_t)c->whole);
     }
+    for (int k = 0; k < c->n; k++)
+        c->item[k].unit = kt_loop_measure_of(all, c->item[k].loop, 0) == KT_MEASURE_ANGLE ? 1.0 : all->length;
     for (int k = 0; k < c->n; k++)
         c->item[k].island = all->group[all->loop[c->item[k].loop].group].island;
 }

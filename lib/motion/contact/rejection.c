@@ -104,11 +104,9 @@ static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) 
     return true;
 }
 
-static double unit_length(const struct kt_contacts *c) { return c->all->length > 0.0 ? c->all->length : 1.0; }
-
 kt_status kt_contacts_find_unit(kt_simulation *simulation, const kt_model *open, const double *q, double *square,
                                 kt_error *error) {
-    const double length = unit_length(simulation->contacts);
+    const double length = simulation->contacts->all->length;
     double *x = simulation->a;
     for (size_t i = 1; i < open->n.link; i++)
         for (int k = 0; k < kt_link_dofs(&open->link[i]); k++)
@@ -119,19 +117,20 @@ kt_status kt_contacts_find_unit(kt_simulation *simulation, const kt_model *open,
 }
 
 bool kt_contact_has_lever(const struct kt_contacts *c, int k, double own, double square) {
-    const bool turns = kt_loop_measure_of(c->all, c->item[k].loop, 0) == KT_MEASURE_ANGLE;
-    const double unit = turns ? 1.0 : unit_length(c);
+    const double unit = c->item[k].unit;
     return own * square > lever * lever * unit * unit;
 }
 
 /* Spares contacts of the selected island. Returns whether any contact was spared. */
-static bool spare_held_of_island(struct kt_contacts *c, double square) {
+static bool spare_held_of_island(const kt_simulation *simulation, double square) {
+    struct kt_contacts *c = simulation->contacts;
     bool any = false;
     double size;
     for (int i = 0; i < c->resting; i++) {
         const double rate = kt_contact_rate(c, c->W, i, &size);
-        if (kt_contact_has_lever(c, c->list[i], kt_contacts_own(c, c->W, i), square) || rate < -kt_contact_resting ||
-            (i >= c->meeting && rate > kt_contact_resting))
+        const double rest = kt_contact_resting(simulation, c->list[i]);
+        if (kt_contact_has_lever(c, c->list[i], kt_contacts_own(c, c->W, i), square) || rate < -rest ||
+            (i >= c->meeting && rate > rest))
             continue;
         c->item[c->list[i]].spared = true;
         any = true;
@@ -154,7 +153,7 @@ kt_status kt_contacts_spare_held(kt_simulation *simulation, const kt_model *open
     any = false;
     for (int k = 0; k < c->islands; k++)
         if (kt_contacts_select(c, k))
-            any = spare_held_of_island(c, square) || any;
+            any = spare_held_of_island(simulation, square) || any;
     if (!any)
         return KT_OK;
     kt_contacts_list_rows(simulation);
@@ -168,7 +167,7 @@ static kt_status check_lever(kt_simulation *simulation, int i, double t, double 
     const double rate = c->u[i];
     if (!(rate < 0.0) || kt_contact_has_lever(c, contact, kt_contacts_own(c, c->W, i), square))
         return KT_OK;
-    if (rate >= -kt_contact_resting) { /* such as 1e-42 m/s: a mechanism at rest */
+    if (rate >= -kt_contact_resting(simulation, contact)) { /* such as 1e-42 m/s: a mechanism at rest */
         c->u[i] = 0.0;
         return KT_OK;
     }

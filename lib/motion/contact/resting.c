@@ -17,7 +17,7 @@ static bool is_resting(const kt_simulation *simulation, int k, const double *a) 
     const struct kt_contacts *c = simulation->contacts;
     double size, unused;
     if (kt_contact_is_released(&c->item[k]) || !(c->gap[k] <= simulation->contact_margin) ||
-        !(fabs(kt_contacts_rate(c, k, 0, c->v)) <= kt_contact_resting))
+        !(fabs(kt_contacts_rate(c, k, 0, c->v)) <= kt_contact_resting(simulation, k)))
         return false;
     (void)kt_contacts_residual(c, k, 0, c->a, c->drift, &size);
     return fabs(kt_contacts_residual(c, k, 0, a, c->drift, &unused)) <= kt_contact_grazing * size;
@@ -25,7 +25,7 @@ static bool is_resting(const kt_simulation *simulation, int k, const double *a) 
 
 /* Whether friction k of a contact that rests does not slip. */
 static bool is_sticking(const struct kt_contacts *c, int k) {
-    return kt_hypot(kt_contacts_rate(c, k, 0, c->v), kt_contacts_rate(c, k, 1, c->v)) <= kt_contact_resting;
+    return kt_hypot(kt_contacts_rate(c, k, 0, c->v), kt_contacts_rate(c, k, 1, c->v)) <= c->rest_rate[k];
 }
 
 const kt_model *kt_contacts_resting_model(kt_simulation *simulation, const double *a) {

@@ -190,7 +190,8 @@ static double rounding_of_gap(const kt_simulation *simulation, int k) {
 double kt_contact_margin(const kt_simulation *simulation, int k) {
     static const uint64_t instants = 8; /* in a row, at once */
     const struct kt_contacts *c = simulation->contacts;
-    const double slowest = fmax(kt_contact_loop(simulation, k)->rest_velocity, kt_contact_resting);
+    const double slowest =
+        fmax(kt_contact_loop(simulation, k)->rest_velocity, kt_contact_resting(simulation, c->list[k]));
     const bool has_closed_by_rounding =
         simulation->memory.event_row >= instants && c->item[c->list[k]].meets && !(c->selected->approach > 0.0);
     return has_closed_by_rounding || fabs(c->u[k]) <= slowest ? rounding_of_gap(simulation, k) : 0.0;
@@ -238,7 +239,7 @@ double kt_contact_rest(const kt_simulation *simulation, const double *W, int k) 
     double size;
     const double w = fmax(-kt_contact_acceleration(c, W, k, &size), 0.0);
     const double height = sqrt(2.0 * w * rounding_of_gap(simulation, k));
-    const double flight = 0.5 * w * fmax(instant * fabs(t), 1e-12);
+    const double flight = 0.5 * w * fmax(instant * fabs(t), kt_simulation_instant(simulation));
     return fmax(slowest, fmax(height, flight));
 }
 

@@ -9,12 +9,12 @@
 
 #include <math.h>
 
-/* No gap may be deeper than this part of the mechanism's length, or of 1 m or rad. */
+/* No gap may be deeper than this part of the mechanism's length, or of 1 rad. */
 static const double deep = 1e-6;
 
 void kt_contacts_list_rows(kt_simulation *simulation) {
     struct kt_contacts *c = simulation->contacts;
-    const double most = kt_contact_touching * fmax(1.0, c->all->length);
+    const double most = kt_contact_touching * c->all->length;
     kt_contacts_clear_rows(c);
     for (int k = 0; k < c->sides; k++) {
         const kt_contact *item = &c->item[k];

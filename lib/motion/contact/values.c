@@ -7,8 +7,8 @@
 
 #include <math.h>
 
-/* Slip of a contact has reversed at this speed against its first direction, m/s; rounding is less. */
-static const double turned = 1e-12;
+/* Slip of a contact has reversed at this part of its rate of rest against its first direction; rounding is less. */
+static const double turned = 1e-3;
 
 static double contact_direction_of(const kt_model *model, const kt_contact *contact) {
     return (model->set & contact->back) != 0 ? -1.0 : 1.0;
@@ -19,9 +19,10 @@ static double contact_direction_of(const kt_model *model, const kt_contact *cont
 static double slip_of_joint(const kt_model *model, const kt_contact *contact, const double *v) {
     const bool is_held = (contact->simulation->memory.held & contact->bit) != 0;
     const uint64_t both = contact->bit | contact->back;
+    const double rest = kt_contact_resting(contact->simulation, contact->index);
     if (is_held && (model->set & both) == both)
-        return 0.5 * kt_contact_resting - fabs(v[contact->v]);
-    return contact_direction_of(model, contact) * v[contact->v] + (is_held ? kt_contact_resting : 0.0);
+        return 0.5 * rest - fabs(v[contact->v]);
+    return contact_direction_of(model, contact) * v[contact->v] + (is_held ? rest : 0.0);
 }
 
 /* The event value of a contact: its gap, or its reaction. One that is held does not open. */
@@ -46,7 +47,8 @@ static double friction_value_of(const struct kt_contacts *c, const kt_instant *a
         return kt_contact_coefficient(model, friction) * (c->reaction[kt_contact_row(model, contact)] - opens_at) -
                kt_hypot(tangent[0], tangent[1]);
     }
-    return kt_contact_slip_along(model, at->data, contact) - friction->simulation->contact_state[k].closes_at + turned;
+    return kt_contact_slip_along(model, at->data, contact) - friction->simulation->contact_state[k].closes_at +
+           turned * kt_contact_resting(friction->simulation, k);
 }
 
 /* The gaps of open contacts, and the reactions of closed ones. */

@@ -98,6 +98,7 @@
     X(jumped, 0.0, kt_simulation_contact_events(of) > 0)                                                               \
     X(retried_since, KT_BLOCK_ANY)                                                                                     \
     X(retries, KT_BLOCK_COUNT)                                                                                         \
+    X(own_time, KT_BLOCK_ANY)                                                                                          \
     X(shortened, KT_BLOCK_ANY)
 
 #define KT_CONTACT_WORDS(X)                                                                                            \

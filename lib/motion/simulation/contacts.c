@@ -112,6 +112,7 @@ static void open_all(kt_simulation *simulation) {
         kt_simulation_take_model(simulation, kt_contacts_open_model(simulation, set));
     kt_contacts_renew_model(simulation);
     simulation->memory.set = set;
+    simulation->memory.own_time = 0.0;
     for (size_t k = 0; k < simulation->contact_count; k++) {
         simulation->contact_state[k].closed = false;
         simulation->contact_state[k].closes_at = simulation->contact_state[k].opens_at = 0.0;
@@ -291,6 +292,8 @@ static kt_status resolve_once(kt_simulation *simulation, kt_error *error) {
     kt_copy(c->v, y + simulation->size.nq, simulation->size.nv * sizeof(double));
     if (c->window > 0.0)
         find_flight(simulation, t, y);
+    if (!(simulation->memory.own_time > 0.0))
+        kt_contacts_begin_own_time(simulation, t, y);
     kt_status status = c->strikes ? strike_open(simulation, t, error) : KT_OK;
     if (status == KT_OK)
         status = kt_contacts_find_equations(c, simulation->model, t, y, c->v, true, error);
@@ -488,11 +491,12 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     }
     simulation->contact_count = steps ? 0 : (size_t)c->n;
     simulation->contact_mask = c->mask;
-    simulation->slow_slip = kt_contacts_slow_slip(simulation);
-    simulation->contact_margin = 2.0 * kt_contact_touching * fmax(1.0, c->all->length);
+    simulation->contact_margin = 2.0 * kt_contact_touching * c->all->length;
     simulation->events.source = &contact_source;
     if (status == KT_OK && steps)
         kt_moreau_init(simulation);
+    if (steps && simulation->step > 0.0) /* records only: a motion takes some hundred steps */
+        simulation->slow_slip = kt_slip_slow * c->all->length / (300.0 * simulation->step);
     simulation->memory.contacts.count = 0;
     for (int k = 0; k < c->n; k++)
         simulation->memory.contacts.count += !kt_contact_rubs(c, k);

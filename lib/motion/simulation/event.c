@@ -84,7 +84,8 @@ static bool arrives(kt_simulation *simulation, size_t k, const double *times) {
     const double *before = simulation->events.value + (KT_EVENT_SAMPLES - 2) * simulation->size.event + k,
                  *end = times + KT_EVENT_SAMPLES - 1;
     const double last = before[simulation->size.event], slope = (last - *before) / (end[0] - end[-1]);
-    const bool is_hidden = kt_simulation_hides_contact(simulation, k, *end - times[0] <= kt_event_together(times[0]));
+    const bool is_hidden =
+        kt_simulation_hides_contact(simulation, k, *end - times[0] <= kt_event_together(simulation, times[0]));
     if (is_hidden || kt_sign_of(last) != -simulation->event_root[k].side ||
         !(fabs(last) > reached * simulation->events.search[k].size))
         return true;
@@ -281,7 +282,7 @@ static kt_status find_roots(kt_simulation *simulation, bool is_first, bool may_s
         simulation->events.reach = t1;
         return KT_OK;
     }
-    while (status == KT_OK && from < t1 && from <= *first + kt_event_together(*first)) {
+    while (status == KT_OK && from < t1 && from <= *first + kt_event_together(simulation, *first)) {
         const double even = i < count ? t0 + (t1 - t0) * (i / count) : t1,
                      breakpoint = next_event_breakpoint(simulation, from, &r.of);
         const double to = end_of_panel(simulation, from, fmin(even, breakpoint), t1, &r);
@@ -308,7 +309,8 @@ static kt_status find_roots(kt_simulation *simulation, bool is_first, bool may_s
 static double event_instant_of(kt_simulation *simulation, double first) {
     double last = first;
     for (size_t k = 0; k < simulation->events.count; k++)
-        if (simulation->event_root[k].due && simulation->event_root[k].time <= first + kt_event_together(first))
+        if (simulation->event_root[k].due &&
+            simulation->event_root[k].time <= first + kt_event_together(simulation, first))
             last = fmax(last, simulation->event_root[k].time);
     for (size_t k = 0; k < simulation->events.count; k++)
         if (simulation->event_root[k].due) {
@@ -342,6 +344,11 @@ static void pass_step(kt_simulation *simulation, bool fires) {
 /* Begins the tries of a step, the first of which ends at t1. */
 static void begin_tries(kt_simulation *simulation, double t1) {
     simulation->events.end = t1;
+    if (simulation->contacts == NULL) {
+        static const double steps = 3.0; /* of the longest ones so far, in which a motion changes */
+        const double length = t1 - kt_integrator_previous_time(simulation->integrator);
+        simulation->memory.own_time = fmax(simulation->memory.own_time, steps * length);
+    }
     for (size_t k = 0; k < simulation->events.count; k++)
         simulation->event_root[k].due = false;
 }
@@ -388,8 +395,8 @@ static kt_status reject_event_step(kt_simulation *simulation, kt_step_progress *
     kt_status status = find_roots(simulation, is_first && repetition == 0, may_shorten, repetition >= SETTLES, &first,
                                   &shorter, error);
     double instant = status == KT_OK && first < HUGE_VAL ? event_instant_of(simulation, first) : HUGE_VAL;
-    const bool ends =
-        repetition >= REPETITIONS && !(t1 - instant > kt_event_together(t1) && kt_simulation_skips_contact(simulation));
+    const bool ends = repetition >= REPETITIONS &&
+                      !(t1 - instant > kt_event_together(simulation, t1) && kt_simulation_skips_contact(simulation));
     const bool fires = instant < HUGE_VAL && (fabs(t1 - instant) <= kt_event_least_width(simulation, t1) || ends);
     if (fires && simulation->events.reach != t1) /* the last panel ended before the end of the step */
         status =

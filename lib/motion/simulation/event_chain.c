@@ -80,7 +80,7 @@ kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, doubl
     kt_simulation_memory *memory = &simulation->memory;
     simulation->events.latest = k;
     const double d = t - memory->event_last, before = memory->event_interval;
-    const double instant = INSTANTS * kt_event_together(t);
+    const double instant = INSTANTS * kt_event_together(simulation, t);
     const bool follows = memory->event_instants > 0, shrinks = memory->event_instants > 1 && d < before;
     memory->event_chain = shrinks && memory->event_shrinking > 0 ? memory->event_chain : memory->event_last - before;
     memory->event_shrinking = shrinks ? memory->event_shrinking + 1 : 0;

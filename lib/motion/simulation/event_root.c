@@ -156,7 +156,7 @@ static int insert_sample(sample *samples, int count, sample new) {
  * are penetration instead. Returns the size of the rounding. */
 static double clear_panel_rounding(const kt_simulation *simulation, size_t k, sample *base) {
     const int from = simulation->events.search[k].side;
-    const double left = fabs(base[0].g), reach = fabs(base[1].g - base[0].g) * kt_event_together(base[0].t);
+    const double left = fabs(base[0].g), reach = fabs(base[1].g - base[0].g) * kt_event_together(simulation, base[0].t);
     if (from == 0 || kt_sign_of(base[0].g) == from)
         return 0.0;
     base[0].g = from * DBL_MIN;

@@ -15,8 +15,10 @@ enum { KT_EVENT_SAMPLES = KT_EVENT_VALUES - 1 };
 /* Values that the search of a panel takes in any case: of its samples, and of a root. */
 enum { KT_EVENT_ROOT_STEPS = 128, KT_EVENT_AT_LEAST = KT_EVENT_SAMPLES - 1 + KT_EVENT_ROOT_STEPS };
 
-/* Roots within 1e-12 s, or eight units of rounding of the time, are one instant. */
-KT_INLINE double kt_event_together(double t) { return fmax(1e-12, 8.0 * DBL_EPSILON * fabs(t)); }
+/* Roots within eight units of rounding of the time, or as near as rounding of positions hides, are one instant. */
+KT_INLINE double kt_event_together(const kt_simulation *simulation, double t) {
+    return fmax(kt_simulation_instant(simulation), 8.0 * DBL_EPSILON * fabs(t));
+}
 
 /* The size to which rounding of times in a step is relative. A step from t = 0 would shrink without end towards a root
  * at t = 0. Therefore a rounding of the end of the step's first try bounds the step from below: within this rounding,

@@ -91,7 +91,7 @@ double kt_moreau_right(const struct kt_contacts *c, int k, int component);
 static inline int kt_moreau_rows(const kt_moreau *m, int i) { return m->limit[i] < 0.0 && m->mu[i] > 0.0 ? 3 : 1; }
 
 /* Gaps down to minus this number are rounding of positions. */
-static inline double kt_moreau_tolerance(const struct kt_contacts *c) { return 1e-15 * fmax(1.0, c->all->length); }
+static inline double kt_moreau_tolerance(const struct kt_contacts *c) { return 1e-15 * c->all->length; }
 /* The entry of W in rows i and k of the selected island. */
 static inline double kt_moreau_entry(const struct kt_contacts *c, int i, int k) {
     const int stride = c->selected->stored;

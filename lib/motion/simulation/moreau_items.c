@@ -127,11 +127,12 @@ static void set_law(const kt_simulation *simulation, int i, double h) {
     m->bound[i] = fmin(-c->gap[k] / h, fmax(following_rate_of(simulation, k, h, begin), rounding));
 }
 
-/* The dry force of a joint that slips at the rate v: the force of its effect, without the viscous part. */
-static double dry_force_of(const kt_simulation *simulation, const kt_contact *item, double v) {
+/* The dry force of a joint that slips at the rate v: the force of its effect, without the viscous part. A joint is at
+ * rest if the cone solver's residual explains its rate: a part of the `change` of the rate without impulses. */
+static double dry_force_of(const kt_simulation *simulation, const kt_contact *item, double v, double change) {
     kt_effect_record effect = *kt_effect_record_find(simulation->model, item->effect);
     effect.idle = false;
-    if (fabs(v) <= kt_contact_resting)
+    if (fabs(v) <= settled * fabs(change))
         return kt_contact_limit(simulation->model, item);
     effect.direction = v > 0.0 ? 1.0 : -1.0;
     effect.viscous = 0.0;
@@ -141,14 +142,13 @@ static double dry_force_of(const kt_simulation *simulation, const kt_contact *it
 }
 
 /* Adds all dry friction of joints that acts. */
-static void add_dry_friction(kt_simulation *simulation, double h, const double *v) {
+static void add_dry_friction(kt_simulation *simulation, const double *v) {
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
     for (int k = c->sides; k < c->n; k++) {
         if (kt_contact_rubs(c, k) || kt_contact_is_released(&c->item[k]))
             continue;
-        const int i = add_moreau_item(simulation, k, v);
-        m->limit[i] = h * dry_force_of(simulation, &c->item[k], v[c->item[k].v]);
+        m->limit[add_moreau_item(simulation, k, v)] = 0.0; /* kt_moreau_take_free finds it */
     }
     m->dry = m->count;
 }
@@ -338,7 +338,7 @@ kt_status kt_moreau_begin(kt_simulation *simulation, double t, double h, const d
     m->has_inverse = false;
     m->t = t;
     clear_items(simulation);
-    add_dry_friction(simulation, h, v);
+    add_dry_friction(simulation, v);
     return m->dry > 0 ? respond_to_rows(simulation, error) : KT_OK;
 }
 
@@ -351,8 +351,10 @@ void kt_moreau_take_free(kt_simulation *simulation, double h) {
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
     double *free = m->y + simulation->size.nq;
+    const double *begin = kt_integrator_state(simulation->integrator) + simulation->size.nq;
     for (int i = 0; i < m->dry; i++) {
         const kt_contact *item = &c->item[m->item[i]];
+        m->limit[i] = h * dry_force_of(simulation, item, begin[item->v], free[item->v] - begin[item->v]);
         m->viscous[i] = kt_effect_record_find(simulation->model, item->effect)->viscous * m->middle[item->v];
         (void)kt_contacts_select(c, item->island);
         kt_moreau_add_response(simulation, i, 0, -h * m->viscous[i], free);
@@ -374,12 +376,16 @@ static kt_status spare_held_items(kt_simulation *simulation, int from, bool *any
     kt_moreau *m = simulation->moreau;
     double square = 0.0;
     const kt_status status = kt_contacts_find_unit(simulation, simulation->model, m->y, &square, error);
+    const double speed =
+        fmax(kt_largest_speed(c->all, kt_integrator_state(simulation->integrator) + simulation->size.nq),
+             kt_largest_speed(c->all, m->y + simulation->size.nq));
     *any = false;
     for (int i = from; status == KT_OK && i < m->count; i++) {
         const int r = m->first[i];
         (void)kt_contacts_select(c, c->item[m->item[i]].island);
         const double own = kt_moreau_entry(c, r - c->selected->row, r - c->selected->row);
-        const bool closes = m->begin[r] < -kt_contact_resting || m->free[r] < -kt_contact_resting;
+        const double rest = kt_slip_rest * speed * c->item[m->item[i]].unit / c->all->length;
+        const bool closes = m->begin[r] < -rest || m->free[r] < -rest;
         if ((c->all->driven && closes) || kt_contact_has_lever(c, m->item[i], own, square))
             continue;
         m->place[m->item[i]] = KT_MOREAU_HELD;

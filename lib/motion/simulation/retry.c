@@ -27,7 +27,9 @@
 enum { MOST = 10000 };
 
 /* The shortest step, which is as long as an instant of events, s. */
-static double shortest_step_at(double t) { return fmax(1e-12, 64.0 * DBL_EPSILON * fabs(t)); }
+static double shortest_step_at(const kt_simulation *simulation, double t) {
+    return fmax(kt_simulation_instant(simulation), 64.0 * DBL_EPSILON * fabs(t));
+}
 
 /* Each try of a step that failed is shorter by this factor. Each later step is longer by at most this factor. */
 static const double growth = 4.0;
@@ -46,7 +48,7 @@ static bool gains_energy(kt_simulation *simulation) {
     kt_error ignored;
     if (!(h > finest * simulation->step) || simulation->step == 0.0 || simulation->model->n.slip == 0 ||
         simulation->options.acceleration != NULL || memory->now.torque || memory->now.wrenches ||
-        !(h > growth * shortest_step_at(t0)) || memory->retries + 1 >= MOST ||
+        !(h > growth * shortest_step_at(simulation, t0)) || memory->retries + 1 >= MOST ||
         kt_model_energetics(simulation->model) == KT_ENERGY_SUPPLIED ||
         kt_simulation_find_energy(simulation, integrator->previous_y, &from, &ignored) != KT_OK ||
         kt_simulation_find_energy(simulation, integrator->y, &to, &ignored) != KT_OK)
@@ -108,7 +110,7 @@ static bool shorten_step(kt_simulation *simulation, kt_status status, double *t_
     kt_simulation_memory *memory = &simulation->memory;
     kt_integrator_memory *m = &simulation->integrator->memory;
     const double h = failed_length_of(simulation, *t_limit) / growth;
-    if (!may_pass(simulation, status) || !(h > shortest_step_at(m->t)))
+    if (!may_pass(simulation, status) || !(h > shortest_step_at(simulation, m->t)))
         return false;
     const bool is_within = memory->retries > 0 && m->t - memory->retried_since <= simulation->step;
     memory->retried_since = is_within ? memory->retried_since : m->t;

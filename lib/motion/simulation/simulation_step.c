@@ -192,6 +192,7 @@ static void forget_events(kt_simulation *simulation) {
             (kt_event_memory){.breakpoint = (double)NAN, .off = simulation->event_memory[k].off};
     m->fires = m->stopped = 0;
     m->event_instants = m->event_row = m->event_shrinking = 0;
+    m->own_time = simulation->contacts != NULL ? m->own_time : 0.0;
     m->event_many = m->event_missed = m->event_cuts = m->breakpoints = 0;
 }
 

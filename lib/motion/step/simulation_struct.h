@@ -81,6 +81,7 @@ typedef struct kt_simulation_memory {
     int64_t jumped;       /* forces have jumped since closed contacts were checked last */
     double retried_since; /* s, from where tries that are shortened within one fixed step are counted */
     uint64_t retries;     /* their number */
+    double own_time;      /* s, in which the mechanism moves by its own size (contact/own_time.c); 0: not known */
     double shortened;     /* s, the most length of the next step, behind one that failed or missed its event; 0: none */
     int64_t beyond, fires; /* a contact is beyond its boundary since the start; events have not taken effect yet */
 } kt_simulation_memory;
@@ -348,6 +349,11 @@ static inline size_t kt_simulation_block_size(const kt_simulation_sizes *size) {
     size_t used = kt_arena_round(sizeof(kt_simulation)) - offsetof(kt_simulation, memory);
     KT_SIMULATION_STATE(KT_ARENA_MEASURE)
     return used;
+}
+
+/* Times that are as near as this are one instant, s: rounding of positions hides their order. */
+static inline double kt_simulation_instant(const kt_simulation *simulation) {
+    return 3e-12 * simulation->memory.own_time;
 }
 
 /* The depth to which an open hard contact may penetrate, m or rad. */
