@@ -10,7 +10,7 @@ enum { ARM_JOINTS = 7, ARM_BODIES = 8 };
 
 typedef struct arm_part {
     const char *name;
-    char axis;         /* of its joint */
+    char axis;         /* the axis of the joint: 'x', 'y' or 'z' */
     double up;         /* origin above the parent's, m, along the parent's z */
     double mass;       /* kg */
     double com[3];     /* position in the body frame, m */

@@ -19,7 +19,7 @@ enum { LQR_STATES = 4 };
 typedef struct lqr {
     double a[LQR_STATES * LQR_STATES], b[LQR_STATES]; /* column-major */
     double gain[LQR_STATES];                          /* K, one row */
-    double residual;                                  /* of the Riccati equation, relative to Q's largest element */
+    double residual;                                  /* residual of the Riccati equation, over Q's largest element */
 } lqr;
 
 static lapack_logical lqr_is_stable(const double *re, const double *im) {

@@ -18,13 +18,13 @@ typedef struct robot {
     kt_status (*describe)(kt_model **model, kt_error *error);
     void (*write)(FILE *csv, double t, const double *q, const double *v, const double *torque);
     double (*cost)(double t, const double *q, const double *v,
-                   const double *u); /* of a state and the input before it */
+                   const double *u); /* cost of a state and the input before it */
     int coordinates, first_driven, inputs;
     int horizon, rollouts;                                        /* samples of a plan; plans */
     double sample, duration;                                      /* s */
     kt_batch_job job;                                             /* a sample of the planner */
     double gain, limit;                                           /* joint force for an input; greatest input */
-    double spread, smooth;                                        /* of the noise; correlation from sample to sample */
+    double spread, smooth;                                        /* size of noise; correlation from sample to sample */
     double last, temperature;                                     /* weight of the last sample; lambda */
     void (*judge)(double left, const double *q, double worst[2]); /* at so many s before the end */
     void (*report)(const double worst[2]);
@@ -149,7 +149,7 @@ static inline void add_limb(kt_body *limb, kt_effect *spring, int i) {
     limb->joint.type = KT_JOINT_REVOLUTE; /* about z */
     limb->joint.at = is_shank(i) ? kt_vec3_make(0.0, -bone, 0.0) : kt_vec3_make(i <= LEGS ? hip : -hip, 0.0, 0.0);
     limb->joint.position[0] = is_shank(i) ? -knee : 0.5 * knee;
-    limb->joint.armature[0] = 0.02; /* of a motor behind its gear, kg m^2 */
+    limb->joint.armature[0] = 0.02; /* inertia of a motor behind its gear, kg m^2 */
     limb->mass = is_shank(i) ? 0.2 : 0.5;
     limb->com = kt_vec3_make(0.0, -0.5 * bone, 0.0);
     limb->inertia = (kt_sym3){.xx = size, .yy = size, .zz = size};

@@ -19,6 +19,6 @@ typedef struct kt_fmi2_callbacks {
 } kt_fmi2_callbacks;
 
 typedef enum kt_fmi2_kind { KT_FMI2_CHANGES_STATES, KT_FMI2_SIMULATES } kt_fmi2_kind;
-enum { KT_FMI2_LAST_TIME = 2, KT_FMI2_TERMINATED = 3 }; /* of fmi2StatusKind */
+enum { KT_FMI2_LAST_TIME = 2, KT_FMI2_TERMINATED = 3 }; /* members of fmi2StatusKind */
 
 #endif

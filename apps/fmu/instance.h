@@ -37,7 +37,7 @@ typedef struct kt_fmu_tunables {
     const char **names;
     double *standard; /* values of the file, */
     double *compiled; /* with which the scene was compiled, */
-    double *values;   /* of the present, */
+    double *values;   /* the present values, */
     double *wanted;   /* and of the next compilation or kt_fmu_tune */
 } kt_fmu_tunables;
 
@@ -51,8 +51,8 @@ typedef struct kt_fmu_event {
 typedef struct kt_fmu_signal {
     kt_parameter parameter;
     int size;                                                    /* numbers that are variables */
-    double start[KT_FMU_SIGNAL_MOST], value[KT_FMU_SIGNAL_MOST]; /* of the variables */
-    double set[KT_FMU_SIGNAL_MOST + 1];                          /* of the model */
+    double start[KT_FMU_SIGNAL_MOST], value[KT_FMU_SIGNAL_MOST]; /* values of the variables */
+    double set[KT_FMU_SIGNAL_MOST + 1];                          /* values that the model has */
     bool jumps;                                                  /* at the step that begins */
 } kt_fmu_signal;
 
@@ -70,7 +70,7 @@ typedef struct kt_fmu {
     char *scene_text;
     size_t scene_size;
     kt_fmu_token token;
-    const char **settings; /* of given parameters */
+    const char **settings; /* the settings of given parameters */
     char (*given_text)[KT_FMU_SETTING];
     kt_fmu_role *roles; /* [parameter_count] */
     kt_fmu_tunables tunables;
@@ -91,12 +91,12 @@ typedef struct kt_fmu {
     bool *is_given;
     double *torque;       /* [nv] */
     double *y;            /* [nq + nv + nx]: in model exchange the state of the importer */
-    double *rates;        /* likewise */
-    double *moved;        /* likewise: the projected state */
+    double *rates;        /* [nq + nv + nx]: derivatives of y */
+    double *moved;        /* [nq + nv + nx]: the projected state */
     kt_fmu_event *events; /* [event_count] */
     int event_count;      /* 0 in co-simulation */
     double start, time;
-    const double *values;  /* of the columns; NULL: not evaluated in this state */
+    const double *values;  /* values of the columns; NULL: not evaluated in this state */
     kt_fmu_linear *linear; /* NULL: no derivatives were requested yet */
     bool is_exchange, is_stale, has_rates, has_jacobian, is_over;
     bool has_event_mode, returns_early; /* co-simulation: what the importer uses and allows */
@@ -180,9 +180,9 @@ kt_status kt_fmu_direction_make(kt_fmu *fmu, kt_fmu_direction *along, kt_error *
  * Errors: those of kt_acceleration_derivatives. */
 kt_status kt_fmu_rates_along(kt_fmu *fmu, const double **rates, kt_error *error);
 
-/* Likewise of all columns, after kt_fmu_rates_along. Columns of coordinates are exact in mechanisms without loops.
- * Others are differences of order eight of the columns themselves. In co-simulation only those by u and w exist.
- * Errors: those of kt_fmu_evaluate. KT_ERROR_UNSUPPORTED for a direction in y in co-simulation. */
+/* Computes the derivatives of all columns, after kt_fmu_rates_along. Columns of coordinates are exact in mechanisms
+ * without loops. Others are differences of order eight of the columns themselves. In co-simulation only derivatives by
+ * u and w exist. Errors: those of kt_fmu_evaluate. KT_ERROR_UNSUPPORTED for a direction in y in co-simulation. */
 kt_status kt_fmu_columns_along(kt_fmu *fmu, const double **columns, kt_error *error);
 
 void kt_fmu_linear_free(kt_fmu_linear *linear);

@@ -13,7 +13,7 @@ enum {
     KT_FMU_INPUT = 1 << 20,      /* + index in v: the force or torque of a joint */
     KT_FMU_PARAMETER = 2 << 20,  /* + index in the parameters of the scene */
     KT_FMU_STATE = 3 << 20,      /* + index in (q, v, x) */
-    KT_FMU_DERIVATIVE = 4 << 20, /* likewise */
+    KT_FMU_DERIVATIVE = 4 << 20, /* + index in the derivatives of (q, v, x) */
     KT_FMU_INDICATOR = 5 << 20,  /* + index in the events of the scene: the value whose sign is watched */
     KT_FMU_SIGNAL = 6 << 20,     /* + KT_FMU_SIGNAL_MOST times index in the signals + number (signal.h) */
 };

@@ -18,7 +18,7 @@ bool kt_body_stands_still(const kt_description *d, const char *name);
 typedef struct kt_trials {
     const kt_scene *scene;
     double usual; /* the work of a trial of the scene itself: of one that does not compile */
-    double work;  /* of the trials so far */
+    double work;  /* the work of the trials so far */
     int count;    /* how many were tried */
     bool ended;   /* a change was not tried, because the limit was reached */
     int dof;      /* degrees of freedom of the scene */

@@ -24,7 +24,7 @@ void kt_growth_add(kt_growth *growth, const kt_record *record, double duration);
 /* A run that has ended. */
 typedef struct kt_grown_run {
     const kt_model *model;
-    const kt_absolute *absolute; /* its absolute formulation, if that is integrated; else NULL */
+    const kt_absolute *absolute; /* the model's absolute formulation, if that is integrated; else NULL */
     const kt_run *run;
     const kt_simulation *simulation;
 } kt_grown_run;
@@ -65,7 +65,7 @@ json_t *kt_compressions_describe(const kt_compressions *compressions, const kt_s
 typedef struct kt_path_state {
     int effect;
     int quantity[2];     /* indices of its length and rate among the quantities of all effects */
-    double radius;       /* of its smallest surface, m */
+    double radius;       /* radius of the path's smallest surface, m */
     double length, rate; /* in the last state, m and m/s */
     bool reported;
 } kt_path_state;
@@ -78,11 +78,11 @@ typedef struct kt_path_watch {
     kt_data *data;
     double *numbers;     /* all arrays of numbers below */
     double *q, *v;       /* the last state */
-    double time;         /* of the last state, s; NaN: none yet */
+    double time;         /* time of the last state, s; NaN: none yet */
     double *forward;     /* nv: the change of positions over a step */
     double *q_at, *v_at; /* a state within the step */
     double *change;      /* nv: the change of positions up to this state */
-    double *quantities;  /* of all effects, in this state */
+    double *quantities;  /* quantities of all effects, in this state */
     kt_path_state *paths;
     int count;
 } kt_path_watch;

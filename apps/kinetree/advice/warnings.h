@@ -11,8 +11,8 @@
 
 /* All warnings given so far. A zero-initialised struct has none. */
 typedef struct kt_warnings {
-    bool quiet;       /* they are listed, but not printed */
-    const char *path; /* they are printed as warnings of this file; NULL: of the command */
+    bool quiet;       /* warnings are listed, but not printed */
+    const char *path; /* warnings are printed as those of this file; NULL: of the command */
     json_t *list;     /* NULL: none */
 } kt_warnings;
 
@@ -20,8 +20,8 @@ typedef struct kt_warning {
     const char *code;   /* for programs: "unstable_step" */
     double time;        /* s, when it was noticed; NaN: not related to a time */
     double value;       /* the number that the warning is about; NaN: none */
-    const char *unit;   /* of value: "J"; NULL: none */
-    bool is_said;       /* it has been printed as an error and is only listed */
+    const char *unit;   /* unit of the value: "J"; NULL: none */
+    bool is_said;       /* the warning has been printed as an error and is only listed */
     const char *remedy; /* a sentence without its full stop: "Take steps below 0.01 s" */
 } kt_warning;
 

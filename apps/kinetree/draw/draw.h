@@ -22,20 +22,20 @@ typedef struct kt_drawing {
     const kt_picture *picture;
     kt_camera camera;
     bool is_diagram; /* a planar mechanism in its plane: joints are symbols, and nothing hides parts behind it */
-    const kt_picture *pictures; /* of each state: `picture` without the released elements; NULL: none is released */
+    const kt_picture *pictures; /* for each state, `picture` without the released elements; NULL: none is released */
     int state_count;
-    const kt_pose *poses;        /* of all bodies in the first state, then in the second, ... */
+    const kt_pose *poses;        /* poses of all bodies in the first state, then in the second, ... */
     const double *times;         /* s; of each state */
-    const char *const *captions; /* of states side by side; NULL: their times */
-    const kt_pose *rest;         /* of all bodies, in grey behind each of the states side by side; NULL: none */
+    const char *const *captions; /* texts under states side by side; NULL: their times */
+    const kt_pose *rest;         /* poses of all bodies, in grey behind each of the states side by side; NULL: none */
     bool is_strobe;              /* over each other, earlier ones paler */
-    bool is_moving;              /* they are frames of an animation */
+    bool is_moving;              /* the states are frames of an animation */
     bool is_plain;               /* in flat colours, earlier states without symbols and edges */
     const kt_drawn_path *paths;
     int path_count;
     bool shows_axes, shows_names;
     int *nameless;   /* kt_drawing_write counts the names that have no room; NULL: it does not */
-    bool shows_gaps; /* of loops that are open: a red line from end to end */
+    bool shows_gaps; /* loops that are open have a red line from end to end */
     bool is_dark;
     const char *title, *subtitle;
 } kt_drawing;

@@ -22,7 +22,7 @@ typedef struct kt_sheet {
     cairo_t *c; /* NULL: nothing is painted */
     const kt_palette *palette;
     const kt_drawing *drawing;
-    const kt_pose *poses; /* of the state */
+    const kt_pose *poses; /* poses of all bodies in the state */
     double scale;         /* units of the page a metre */
     double x, y;          /* where the origin of the camera's frame is */
     double pin;           /* radius of a joint's symbol, on the page */
@@ -60,7 +60,7 @@ bool kt_sheet_is_ground(const kt_sheet *sheet, int body);
 /* Where the ground holds a frame, in the world. */
 typedef struct kt_mount {
     kt_vec3 place;   /* that of the frame, or the end of the fixed part that carries it */
-    bool is_of_part; /* it is the end of a part: of its solids, or the origin of a body of rods */
+    bool is_of_part; /* the end of a part: of its solids, or the origin of a body of rods */
     bool is_above;   /* the part is held at its upper end, since the frame is below its middle */
 } kt_mount;
 

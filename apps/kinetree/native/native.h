@@ -34,7 +34,7 @@ void kt_native_file_free(kt_native_file *file);
 typedef struct kt_native_code {
     const kt_native_file *file;
     kt_native native;
-    double *numbers; /* of the parameters */
+    double *numbers; /* values of the parameters */
     void *prepared;  /* what the file makes of them */
 } kt_native_code;
 
@@ -53,7 +53,7 @@ enum { KT_COMPILER_WORDS = 24, KT_NATIVE_PATH = 4096 };
 
 /* The compiler: the words of CC, or cc. */
 typedef struct kt_compiler {
-    char text[KT_NATIVE_PATH];           /* its words, apart by zeros */
+    char text[KT_NATIVE_PATH];           /* words of the command, apart by zeros */
     char *word[KT_COMPILER_WORDS];       /* the last one is NULL */
     char program[KT_NATIVE_PATH];        /* file of the first word */
     char identity[KT_NATIVE_PATH + 256]; /* changes if the compiler is replaced, or the machine */

@@ -7,7 +7,7 @@
 #include "kinetree/scene.h"
 #include "kinetree/simulation.h"
 
-struct json_t; /* of jansson */
+struct json_t; /* from jansson */
 
 /* Returns the loops and effects that do not act in the present state. Each switched loop or effect has a bit: loops
  * first, in the order of the scene. The function kt_released_holds returns whether a set has the loop or effect of this

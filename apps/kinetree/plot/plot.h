@@ -50,7 +50,7 @@ typedef struct kt_plot_series {
     const double *x, *y;
     size_t count;
     int colour;               /* 1 to KT_PLOT_SERIES_MAX; 0: by its index in the panel */
-    double value;             /* of a panel with a scale of colours: the value that the colour represents */
+    double value;             /* in a panel with a scale of colours: the value that the colour represents */
     int mark;                 /* 1 to KT_PLOT_MARK_COUNT at each point; 0: none */
     bool hollow;              /* marks */
     bool is_dashed;           /* lines */
@@ -104,7 +104,7 @@ typedef struct kt_plot_panel {
     const int *orders; /* slopes -p that a fan of lines shows, on logarithmic axes; NULL: none */
     int order_count;
     const kt_plot_cells *cells;  /* NULL: none; the legend has their colours */
-    const kt_plot_scale *scale;  /* of the series' colours; NULL: those of the palette */
+    const kt_plot_scale *scale;  /* scale of the series' colours; NULL: the palette has the colours */
     const kt_plot_event *events; /* x is rising; NULL: none */
     int event_count;
     bool names_events; /* where there is room */
@@ -139,7 +139,7 @@ typedef struct kt_shape_panel {
 typedef struct kt_shape_plot {
     const char *title;
     const char *subtitle;
-    const char *const *names; /* of the joints' coordinates */
+    const char *const *names; /* names of the joints' coordinates */
     int count;                /* number of coordinates */
     const kt_shape_panel *panels;
     int panel_count;

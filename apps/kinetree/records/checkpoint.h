@@ -20,7 +20,7 @@ typedef struct kt_checkpoint {
     double last;          /* s, value of kt_clock when the last one was written */
     uint64_t scene;       /* fingerprint of the scene */
     uint64_t run;         /* fingerprint of the scene with the options of the command line applied */
-    char words[160];      /* these options, for messages */
+    char words[160];      /* options of the command line, for messages */
     kt_written records;   /* up to the last checkpoint */
     kt_mode_watch *modes; /* NULL: none */
     void *block;          /* the simulation's state, then that of `modes` */

@@ -15,28 +15,28 @@
 /* The source of the values of a column. */
 typedef enum kt_column_source {
     KT_COLUMN_TIME,
-    KT_COLUMN_POSITION, /* of the joint of body `index`: its coordinate `component` */
+    KT_COLUMN_POSITION, /* coordinate `component` of the joint of body `index` */
     KT_COLUMN_VELOCITY,
     KT_COLUMN_ACCELERATION,
     KT_COLUMN_GRAVITY,
     KT_COLUMN_MARKER,               /* coordinate `component` of marker `marker` of body `index` */
-    KT_COLUMN_MARKER_VELOCITY,      /* its velocity */
-    KT_COLUMN_MARKER_ACCELERATION,  /* its acceleration */
-    KT_COLUMN_ORIENTATION,          /* of body `index`: quaternion w, x, y, z, w >= 0 */
-    KT_COLUMN_ANGULAR_VELOCITY,     /* of body `index`: x, y, z in world axes, x, y, z in body axes */
-    KT_COLUMN_ANGULAR_ACCELERATION, /* likewise */
+    KT_COLUMN_MARKER_VELOCITY,      /* velocity of that marker */
+    KT_COLUMN_MARKER_ACCELERATION,  /* acceleration of that marker */
+    KT_COLUMN_ORIENTATION,          /* quaternion of body `index`: w, x, y, z, w >= 0 */
+    KT_COLUMN_ANGULAR_VELOCITY,     /* body `index`: x, y, z in world axes, x, y, z in body axes */
+    KT_COLUMN_ANGULAR_ACCELERATION, /* body `index`: in the same axes */
     KT_COLUMN_MOMENTUM,             /* linear x, y, z, angular x, y, z */
     KT_COLUMN_ENERGY,               /* kinetic, potential, total */
     KT_COLUMN_WORK,                 /* dissipated, supplied, balance */
-    KT_COLUMN_RESIDUAL,             /* of positions, of velocities */
+    KT_COLUMN_RESIDUAL,             /* residual of positions, of velocities */
     KT_COLUMN_SINGULAR_VALUE,       /* the smallest one of the loops' Jacobian */
     KT_COLUMN_REACTION,             /* in the joint of body `index`: force x, y, z, moment x, y, z */
     KT_COLUMN_LOOP_REACTION,        /* in loop `index` */
     KT_COLUMN_BEARING,              /* in the joint of body `index`, without effects and drives: likewise */
-    KT_COLUMN_MULTIPLIER,           /* of equation `component` of loop `index` */
-    KT_COLUMN_LOOP_POSITION,        /* of the joint that loop `index` stands for: its coordinate `component` */
-    KT_COLUMN_LOOP_VELOCITY,        /* likewise */
-    KT_COLUMN_CLOSURE,              /* of loop `index`: d, Euler vector; of a curve the arc length alone */
+    KT_COLUMN_MULTIPLIER,           /* multiplier of equation `component` of loop `index` */
+    KT_COLUMN_LOOP_POSITION,        /* coordinate `component` of the joint that loop `index` stands for */
+    KT_COLUMN_LOOP_VELOCITY,        /* velocity of coordinate `component` of that joint */
+    KT_COLUMN_CLOSURE,              /* loop `index`: d, Euler vector; for a curve the arc length alone */
     KT_COLUMN_OWN,                  /* `index` of output.columns */
     KT_COLUMN_STATE,                /* auxiliary state `index` */
     KT_COLUMN_EFFECT,               /* quantity `component` of effect `index`; at: among all quantities */
@@ -45,24 +45,24 @@ typedef enum kt_column_source {
 typedef struct kt_column {
     kt_column_source source;
     int index, component, marker;
-    int at; /* of coordinates and multipliers: their index in q, v, a or among the multipliers */
+    int at; /* for coordinates and multipliers: the index in q, v, a or among the multipliers */
 } kt_column;
 
-typedef struct kt_own_columns kt_own_columns; /* of output.columns, with all that their formulas read */
+typedef struct kt_own_columns kt_own_columns; /* output.columns, with all that their formulas read */
 
 /* The columns of a run, in their order in files. */
 typedef struct kt_columns {
     const kt_model *model;
-    const kt_description *description; /* of the model: which effects are hard */
+    const kt_description *description; /* the model's description: which effects are hard */
     unsigned record;                   /* KT_RECORD_ bits */
-    unsigned empty;                    /* those of them that the scene has no columns for */
+    unsigned empty;                    /* bits of `record` for which the scene has no columns */
     kt_column *columns;
     size_t count, room;
     double *values;                  /* [count], of the record that was evaluated last */
     kt_own_columns *own;             /* NULL: there are none */
-    const kt_scene_column *formulas; /* of the scene: the names of these */
+    const kt_scene_column *formulas; /* formulas of the scene, with the names of `own` */
     const bool *is_used;             /* [count]: which are evaluated; NULL: all */
-    double *quantities;              /* of all effects, likewise; NULL: they are not recorded */
+    double *quantities;              /* quantities of all effects, in that record; NULL: they are not recorded */
     double *jacobian;                /* room for that of a body; NULL: bearings are not recorded */
     kt_singular *singular;           /* NULL: singular values are not recorded */
     kt_gravity *gravity;             /* NULL: gravity in joints is not recorded */

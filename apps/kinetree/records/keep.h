@@ -16,12 +16,12 @@
 typedef struct kt_keep {
     kt_output output;
     FILE *file; /* the side file; NULL: nothing is kept */
-    long begin; /* of the run that is being added */
+    long begin; /* where the run that is being added begins */
 } kt_keep;
 
 /* The head of a run in the side file. */
 typedef struct kt_kept_run {
-    int64_t run, status; /* its number; kt_exit_code */
+    int64_t run, status; /* the run's number; kt_exit_code */
     int64_t rows, columns;
 } kt_kept_run;
 
@@ -46,9 +46,9 @@ int kt_keep_close_run(kt_keep *keep, int64_t run, int64_t status, size_t rows, s
 
 /* The names and attributes of the runs in the HDF5 file. */
 typedef struct kt_keep_words {
-    const char *const *columns, *const *units; /* of the columns of all runs */
+    const char *const *columns, *const *units; /* names and units of the columns of all runs */
     size_t column_count;
-    const char *const *names; /* of the numbers that each run has as attributes */
+    const char *const *names; /* names of the numbers that each run has as attributes */
     size_t name_count;
     void (*values)(const void *user, int64_t run, double *values); /* theirs */
     const void *user;

@@ -6,7 +6,7 @@
 
 #include "kinetree/simulation.h"
 
-struct json_t; /* of jansson */
+struct json_t; /* from jansson */
 
 /* Pictures show at most this number of events: the first ones. */
 enum { KT_MARKS_MAX = 500 };
@@ -23,7 +23,7 @@ typedef struct kt_contact_mark {
     bool moved;           /* and one after a transition */
     double time;          /* s, of the record */
     double moved_at;      /* s, of the record after a transition */
-    uint64_t transitions; /* of hard contacts until the record */
+    uint64_t transitions; /* transitions of hard contacts until the record */
 } kt_contact_mark;
 
 typedef struct kt_marks {

@@ -11,7 +11,7 @@
 typedef struct kt_results {
     kt_columns columns;
     kt_csv csv;
-    kt_keep keep;      /* of records that become HDF5 */
+    kt_keep keep;      /* records that become HDF5 */
     size_t kept;       /* rows of these */
     kt_plot_run *plot; /* NULL: none */
     kt_motion *motion; /* NULL: none */

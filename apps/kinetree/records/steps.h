@@ -33,7 +33,7 @@ typedef struct kt_steps {
     kt_moved *moved;
     bool needs_kinematics; /* columns need kinematics, or energies are watched */
     double *start;         /* the first positions (nq) and auxiliary states */
-    bool *is_used;         /* of the columns that need kinematics */
+    bool *is_used;         /* for each column that needs kinematics */
     const kt_model *shown; /* the model that data belong to: events change it */
     kt_data *data;
 } kt_steps;

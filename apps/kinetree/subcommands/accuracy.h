@@ -55,8 +55,8 @@ int kt_reference_read(const char *path, const kt_model *model, double duration, 
 /* Positions, velocities or a column. The quantity of a column refers to this struct, which must not move. */
 typedef struct kt_study_subject {
     kt_accuracy_subject of;
-    kt_accuracy_quantity quantity; /* of a column */
-    kt_columns columns;            /* its last one is the column */
+    kt_accuracy_quantity quantity; /* the quantity of a column */
+    kt_columns columns;            /* columns, of which the last is the studied one */
     kt_scene scene;                /* the scene with this column as its only own one */
     kt_scene_column column;
     char name[200], unit[32];

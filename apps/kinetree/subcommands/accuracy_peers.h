@@ -29,7 +29,7 @@ typedef struct kt_peers {
 
 typedef struct kt_peer_work {
     const kt_scene *scene;
-    const char *path; /* of its file */
+    const char *path; /* the scene's file */
     const kt_settings *settings;
     kt_accuracy *study;
     double budget; /* s of processor time for all engines */

@@ -31,8 +31,8 @@ int kt_export_fmu_write(const kt_export_fmu *fmu);
 /* An input: the force or torque in a joint, or a function of time of an effect or a loop. */
 typedef struct kt_fmu_input {
     char of[KT_FMU_SIGNAL_NAME];       /* the joint, effect or loop */
-    char name[2 * KT_FMU_SIGNAL_NAME]; /* of a function: "drive.position" */
-    const kt_key *key;                 /* of a function; NULL: in a joint */
+    char name[2 * KT_FMU_SIGNAL_NAME]; /* name of a function: "drive.position" */
+    const kt_key *key;                 /* key of a function; NULL: in a joint */
     bool is_loop, slides;              /* slides: its joint does; it has the second of two units */
     int size;                          /* kt_fmu_signal_size */
     double start[KT_FMU_SIGNAL_MOST];
@@ -83,7 +83,7 @@ typedef struct kt_fmu_model {
     const bool *is_input; /* [nv]: joint forces that are inputs */
     const kt_fmu_inputs *inputs;
     const kt_fmu_role *roles; /* [parameter_count] */
-    const kt_fmu_use *uses;   /* likewise */
+    const kt_fmu_use *uses;   /* [parameter_count] */
     bool has_exchange;        /* model exchange is offered */
     bool has_sources;         /* the archive has KT_FMU_SOURCE */
     int version;              /* KT_FMU_SECOND, KT_FMU_THIRD */

@@ -35,14 +35,14 @@ typedef struct kt_run_arguments {
     const char *records, *marks; /* of `view` */
     double checkpoint_interval;
     bool unprojected, native, check_error, dark, boxes, live, modes, quiet;
-    struct kt_live *engine; /* of --live; NULL: none */
+    struct kt_live *engine; /* engine of the page of --live; NULL: none */
     kt_settings settings;
 } kt_run_arguments;
 
 /* The subcommands that run a scene. */
 typedef struct kt_run_manner {
     const kt_usage *usage;
-    bool has_records; /* they are written, --out or not */
+    bool has_records; /* records are written, --out or not */
     bool has_view;    /* a view is written, --view or not */
     bool is_careful;  /* existing results are not replaced */
 } kt_run_manner;
@@ -117,7 +117,7 @@ typedef struct kt_stability_watch {
     int compared, bounded; /* parts of the run between them; those whose steps were at the limit */
     double time, rate;     /* s, 1/s, at the last of them */
     uint64_t steps;        /* taken up to there */
-    uint64_t switches;     /* of auto, up to there */
+    uint64_t switches;     /* changes of method by auto, up to there */
     double fastest;        /* 1/s, of the bounded parts */
 } kt_stability_watch;
 
@@ -129,7 +129,7 @@ typedef struct kt_pace {
     uint64_t steps;               /* with paths: all steps */
     uint64_t breakpoints;         /* up to there, at which steps ended */
     bool said;                    /* the warning has been given */
-    struct kt_progress *progress; /* its bar is cleared first */
+    struct kt_progress *progress; /* the bar that is cleared before the warning */
 } kt_pace;
 
 /* ---- results ----------------------------------------------------------------------------------------------------- */
@@ -141,12 +141,12 @@ enum { KT_EVENTS_NOTED = 64 };
 typedef struct kt_so_far {
     int64_t records;              /* number of records passed to the recorder */
     uint64_t sound_steps;         /* steps taken at the last record without blow-up */
-    double cpu_seconds;           /* of processor time */
+    double cpu_seconds;           /* processor time, s */
     double corrected_since;       /* s, since when large velocity corrections persist (kt_watch_correction); NaN: no */
     kt_energy_watch energy;       /* watches the energy of all records */
     kt_residual constraint;       /* largest residuals */
-    kt_compressions compressions; /* of distances, at all records */
-    kt_half_turns half_turns;     /* of effects in angles of loops, likewise */
+    kt_compressions compressions; /* compressions of distances, at all records */
+    kt_half_turns half_turns;     /* half turns of effects in angles of loops, at all records */
     kt_stability_watch stability; /* watches adaptive explicit steps */
     kt_growth growth;             /* watches speeds and auxiliary states */
     uint64_t jumped;              /* events of the scene, as bits, that have happened at a jump of atan2 */
@@ -156,17 +156,17 @@ typedef struct kt_so_far {
 
 /* The states of a run at its records, and the estimate of their error (--check-error). */
 typedef struct kt_error_check {
-    double *rows; /* of time, q and v */
+    double *rows; /* rows of time, q and v */
     size_t width, count, room;
     bool is_short; /* memory did not suffice */
 
     bool is_known;                            /* the estimate exists; else `reason` states why not */
     bool is_parted;                           /* the two runs part: the error is at least this */
-    bool is_at_end;                           /* of velocities, because contacts and events let them jump */
+    bool is_at_end;                           /* `velocity` is that at the end, since contacts and events let it jump */
     bool is_fixed;                            /* the settings are steps */
     kt_difference position, velocity, motion; /* the errors; the motion from its first record */
     double time;                              /* s, of the largest error in position */
-    double setting, ratio, power;             /* of the second run; over that of the run; of the error */
+    double setting, ratio, power;             /* second run's setting; its ratio to the run's; error ~ setting^power */
     int64_t compared;                         /* records */
     char reason[300];
 } kt_error_check;
@@ -183,7 +183,7 @@ void kt_error_check_free(kt_error_check *check);
 
 /* Which reactions are not unique (advice/shares.c). */
 typedef struct kt_shares {
-    kt_reaction_share *of; /* of each joint, by bodies, and each loop, and room for one model's; NULL: unknown */
+    kt_reaction_share *of; /* share of each joint, by bodies, and each loop, and room for one model's; NULL: unknown */
     size_t bodies, loops;
     const struct kt_model *seen; /* the model of the latest record */
 } kt_shares;
@@ -191,7 +191,7 @@ typedef struct kt_shares {
 typedef struct kt_outcome {
     const kt_scene *scene;
     const kt_model *model;
-    const kt_absolute *absolute; /* its absolute formulation, if that is integrated; else NULL */
+    const kt_absolute *absolute; /* the model's absolute formulation, if that is integrated; else NULL */
     const kt_run *run;           /* with the options of the command line applied */
     const kt_settings *settings; /* of the command line; NULL: none */
     kt_simulation *simulation;
@@ -205,12 +205,12 @@ typedef struct kt_outcome {
     kt_error excess;           /* a value beyond all reason, which has ended the run */
     kt_pace pace;              /* watches adaptive steps */
     double advised_step;       /* s, the smallest step that a warning has suggested; 0: none */
-    kt_shares shares;          /* of the reactions that redundant loops share */
+    kt_shares shares;          /* shares of the reactions that redundant loops share */
     kt_path_watch paths;       /* around surfaces, after all steps */
-    const kt_columns *columns; /* of the records; NULL: not listed yet */
-    kt_extremes extremes;      /* of these columns, at all records and steps */
+    const kt_columns *columns; /* columns of the records; NULL: not listed yet */
+    kt_extremes extremes;      /* extremes of these columns, at all records and steps */
     kt_steps steps;            /* watches the ends of steps */
-    kt_marks marks;            /* of the events that have written rows, and of hard contacts */
+    kt_marks marks;            /* marks of the events that have written rows, and of hard contacts */
     json_t *moved;             /* changes of the given values by the assembly (kt_start_moved) */
     kt_error
         failed; /* why the run has ended early; KT_OK: it has not, or a message was printed that no call returned */
@@ -354,7 +354,7 @@ void kt_say_blown_up(kt_outcome *outcome, double time);
 typedef enum kt_result { KT_RESULT_OUT, KT_RESULT_SUMMARY, KT_RESULT_PLOT, KT_RESULT_VIEW, KT_RESULT_GLB } kt_result;
 enum { KT_RESULTS = KT_RESULT_GLB + 1 };
 
-/* Their names; NULL: none. */
+/* The file names of the results; NULL: none. */
 typedef union kt_result_names {
     struct {
         const char *out, *summary, *plot, *view, *glb;

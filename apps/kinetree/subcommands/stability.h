@@ -11,7 +11,7 @@
 
 /* The subject of an analysis, for the functions that print and draw it. */
 typedef struct kt_stability_subject {
-    const char *name; /* of the scene */
+    const char *name; /* the scene's name */
     const kt_model *model;
     const kt_scene *scene;
     const kt_spectrum *spectrum;

@@ -40,10 +40,10 @@ typedef struct kt_axis {
     bool is_random;       /* drawn anew for each run */
     kt_draw draw;         /* random: its distribution */
     double a, b;          /* random: its numbers; of a range: its ends */
-    bool is_logarithmic;  /* of a range: equal ratios */
-    double *values;       /* of a list or a table; NULL: a range */
-    int64_t count;        /* of values, or of points of the range; 0: not given */
-    int64_t *permutation; /* of a Latin hypercube */
+    bool is_logarithmic;  /* the range has equal ratios */
+    double *values;       /* values of a list or a table; NULL: a range */
+    int64_t count;        /* number of values, or of points of the range; 0: not given */
+    int64_t *permutation; /* order of the strata of a Latin hypercube */
 } kt_axis;
 
 typedef struct kt_sweep_plan {
@@ -51,7 +51,7 @@ typedef struct kt_sweep_plan {
     int count;
     kt_sample sample;
     bool is_table;   /* axes are read row by row */
-    int64_t points;  /* of the grid, the sample or the table */
+    int64_t points;  /* points of the grid, the sample or the table */
     int64_t repeats; /* runs of each point, with different random values */
     uint64_t seed;
     const char *const *columns; /* NULL at the end: those of all lines besides the values, which follow the first one */
@@ -120,13 +120,13 @@ typedef struct kt_sweep {
     const kt_sweep_arguments *arguments;
     kt_sweep_plan plan;
     const char *path;
-    char *text; /* of the scene */
+    char *text; /* text of the scene */
     size_t size;
     struct kt_sweep_column {
         char *name, *unit;
-    } * columns; /* of records that lines have extremes of */
+    } * columns; /* columns of the records of which lines have extremes */
     size_t column_count;
-    kt_functional functionals[KT_FUNCTIONALS]; /* of each of these columns, in this order */
+    kt_functional functionals[KT_FUNCTIONALS]; /* functionals of each of these columns, in this order */
     int functional_count;
     char **events; /* names of the events that lines count */
     size_t event_count;
@@ -143,7 +143,7 @@ typedef struct kt_sweep_worker {
     int64_t natively;        /* lines whose runs took the file of --native */
     uint64_t computed, left; /* accelerations of these runs by the file, and by the library */
     int64_t together;        /* lines whose runs were computed in lanes */
-    size_t width;            /* of how many */
+    size_t width;            /* lanes in which these runs were computed */
     const char *alone;       /* why others were not; NULL: all were */
     char why[KT_WHERE_SIZE]; /* where more than a number follows from a value that varies; "": nowhere */
 } kt_sweep_worker;
@@ -180,7 +180,7 @@ kt_sweep_run *kt_sweep_begin(const kt_sweep *sweep, kt_sweep_worker *worker, int
 int64_t kt_sweep_number(const kt_sweep_run *run);
 /* The model; NULL: the run has none, since its scene is wrong. */
 const kt_model *kt_sweep_model(const kt_sweep_run *run);
-/* Its simulation, whose records it takes, with itself as the user; false: there is nothing to be run. */
+/* Fills in the run's simulation, whose records the run receives as the user. Returns false if there is none to run. */
 bool kt_sweep_member(kt_sweep_run *run, kt_ensemble_member *member);
 /* Returns the result after the simulation has ended with this status and error, and releases the run. */
 kt_sweep_result kt_sweep_end(kt_sweep_run *run, kt_status status, const kt_error *error);

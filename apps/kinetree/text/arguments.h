@@ -11,7 +11,7 @@ typedef enum kt_option_type {
     KT_OPTION_FLAG,      /* nothing; bool */
     KT_OPTION_TEXT,      /* any text; const char * */
     KT_OPTION_NAMES,     /* names with commas between, at least one, each once; const char * */
-    KT_OPTION_ANY_NAMES, /* the same, or none */
+    KT_OPTION_ANY_NAMES, /* names with commas between, each once, or none; const char * */
     KT_OPTION_NUMBER,    /* a finite number; double */
     KT_OPTION_POSITIVE,  /* a number above zero; double */
     KT_OPTION_ANGLE,     /* a finite number, in degrees if followed by "deg"; double, rad */
@@ -49,7 +49,7 @@ _Static_assert(offsetof(kt_settings, text) == offsetof(kt_setting_list, text) &&
 typedef struct kt_option {
     const char *name; /* without the dashes */
     kt_option_type type;
-    size_t offset;        /* of the member in the struct */
+    size_t offset;        /* offset of the member in the struct */
     const char *argument; /* name of the argument in the help: "FILE" */
     const char *help;
     const char *choices; /* "qr|partition|svd" */

@@ -38,13 +38,13 @@ typedef struct kt_motion {
     const kt_model *model;
     kt_picture *picture;             /* NULL: there is no frame yet */
     const kt_simulation *simulation; /* source of the released elements of a frame; NULL: none. Set as `boxes` */
-    bool boxes;                      /* it shows boxes of inertia; set by the caller before the first frame */
+    bool boxes;                      /* the motion shows boxes of inertia; set by the caller before the first frame */
     kt_columns *columns;             /* the caller's; the first is time, which frames store separately */
     bool has_drift;                  /* after the columns, the change of the total energy or of the balance */
     double energy_start;
     kt_motion_force *forces;
     int force_count;
-    bool has_reactions; /* of joints and loops; forces of effects are always present */
+    bool has_reactions; /* reactions of joints and loops are present; forces of effects are always present */
     kt_vec3 centre;     /* positions of bodies are relative to it, so that single precision suffices */
 
     /* Frames; the world is not among the bodies here. */
@@ -58,7 +58,7 @@ typedef struct kt_motion {
     float *force_values; /* [frame][force][3], N, world axes */
     float *lines;        /* [frame][line][2][3]: of the paths of effects, m, as places */
     int line_count;
-    kt_pose *poses;   /* of all bodies, in the frame that is made */
+    kt_pose *poses;   /* poses of all bodies, in the frame that is made */
     int64_t stride;   /* every stride-th record becomes a frame; the last one always does */
     int64_t taken;    /* records */
     bool is_loose;    /* the last frame is replaced by the next record */

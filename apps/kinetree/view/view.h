@@ -14,16 +14,16 @@ typedef struct kt_view_mode {
     const char *title;       /* "1: 2.09 Hz, damping ratio 0.010" */
     double frequency, rate;  /* Hz, 0: it does not oscillate; 1/s */
     double damping;          /* ratio */
-    double amplitude, phase; /* of the shape at the start: amplitude exp(i phase) */
+    double amplitude, phase; /* the shape at the start: amplitude exp(i phase) */
     const double *screws;    /* [body][12], the world first: how it moves relative to its parent (view/modes.js) */
 } kt_view_mode;
 
 /* The content of a page besides the motion. */
 typedef struct kt_view {
-    const char *name;          /* of the scene */
+    const char *name;          /* name of the scene */
     const char *method;        /* "dopri5, tolerance 1e-9" */
-    const kt_run *run;         /* its markers leave traces; NULL: none do */
-    const kt_marks *marks;     /* of events, in the curves; NULL: none */
+    const kt_run *run;         /* the run whose markers leave traces; NULL: none do */
+    const kt_marks *marks;     /* marks of events, in the curves; NULL: none */
     const char *notes;         /* JSON of kt_warnings_describe; NULL: none */
     const kt_error *failed;    /* the reason of an early end; NULL: the run is complete */
     const kt_view_mode *modes; /* instead of a motion: the one frame is the state of linearisation; NULL: none */
