@@ -29,14 +29,14 @@ struct kt_reader {
     kt_pool keep;              /* the data of the finished result */
     kt_pool scratch;           /* nodes, messages */
     bool out_of_memory;        /* then all other results are invalid */
-    const char *path;          /* of the file that is read, or its name in messages */
-    size_t elements, included; /* of XML, and included files, all copies counted */
+    const char *path;          /* path of the file that is read, or the file's name in messages */
+    size_t elements, included; /* elements of XML, and included files, all copies counted */
     int64_t effort;            /* operations that remain for finding the names to suggest */
 
     kt_fault *faults;
     size_t fault_count, fault_room, fault_dropped;
 
-    kt_node *root;                  /* of a document in YAML */
+    kt_node *root;                  /* root of a document in YAML */
     struct kt_scene_reading *scene; /* names, parameters and nodes of a scene (scene/scene_reader.h) */
 };
 
@@ -45,7 +45,7 @@ struct kt_reader {
 typedef struct kt_scope {
     const struct kt_scope *outer;
     const char *key;  /* a key; NULL: an item of a list */
-    int index;        /* of an item, from 0 */
+    int index;        /* index of an item, from 0 */
     const char *noun; /* NULL, or the kind of item */
     const char *list; /* with a noun: the section that the item is in */
     const char *name; /* with a noun; NULL: unknown, and the message has list[index] */
@@ -105,7 +105,7 @@ typedef struct kt_kind {
     /* Whether the field may be left out: it has the same bits as after reading a mapping without its key. NULL: if the
      * first `size` bytes of the value have them. */
     bool (*same)(const kt_member *m);
-    size_t size;        /* of the value, or of its first member; without `same` and 0: it is never left out */
+    size_t size;        /* size of the value, or of its first member; without `same` and 0: it is never left out */
     const void *detail; /* data of the kind, for fields whose detail is something else; NULL: that of the field */
 } kt_kind;
 
@@ -144,7 +144,7 @@ typedef struct kt_table {
     const kt_field *fields;
     int count;
     bool flow;                                    /* written in one line */
-    const kt_choice *types;                       /* of its field `type`; NULL: no types */
+    const kt_choice *types;                       /* types that the field `type` may name; NULL: no types */
     const kt_descriptor *(*describe)(int type);   /* the descriptor of a type; NULL: the keys are those of the table */
     const kt_kind *(*kind_of)(const kt_key *key); /* with descriptors: how a key of theirs is read, written, compared */
     int type;                                     /* the only one, where there are no types to choose from */

@@ -12,8 +12,8 @@ typedef enum kt_node_kind { KT_NODE_TEXT = 0, KT_NODE_LIST, KT_NODE_MAP } kt_nod
 /* Children are chained by `next`; the children of a mapping are key, value, key, value ... */
 typedef struct kt_node {
     union {
-        const char *text;      /* of a scalar: terminated */
-        struct kt_node *first; /* of a list or mapping */
+        const char *text;      /* text of a scalar: terminated */
+        struct kt_node *first; /* first item of a list or mapping */
     } of;
     struct kt_node *next;
     uint32_t count;        /* bytes of the text, items of the list, pairs of the mapping */

@@ -13,12 +13,12 @@ typedef struct kt_element {
     const char *const *attributes; /* name, value, name, value, ..., NULL */
     const char *text;              /* without the blanks around it; NULL: none */
     struct kt_element *first, *last, *next, *parent;
-    uint32_t line, column; /* of its tag, from 1, in characters */
+    uint32_t line, column; /* place of the element's tag, from 1, in characters */
     int number, document;  /* for the format's reader; 0 */
 
     const char *file;                  /* the included file that has it; NULL: the file itself has it */
     const struct kt_element *included; /* then the element that includes it, in the file itself */
-    const struct kt_element *by;       /* likewise, in the file that includes `file` */
+    const struct kt_element *by;       /* and the element that includes it, in the file that includes `file` */
 } kt_element;
 
 /* An XML declaration that is not at the very beginning, but before the root. Such a declaration is accepted
@@ -37,14 +37,14 @@ enum { KT_XML_ELEMENTS_MAX = 1 << 20 };
  * document type is rejected: with its own entities, a small file could expand to a large one. */
 bool kt_xml_parse(kt_reader *reader, const char *text, size_t size, kt_element **root, kt_xml_late *late);
 
-/* The same for a file that an element of another includes. */
+/* Parses a file that an element of another file includes, as kt_xml_parse does. */
 bool kt_xml_parse_included(kt_reader *reader, const char *text, size_t size, const char *file,
                            const kt_element *include, kt_element **root);
 
 /* Puts a fault at an element, or in the file that includes it. Returns false. */
 bool kt_xml_fault(kt_reader *reader, const kt_element *e, const char *format, ...) KT_PRINTF(3, 4);
 
-/* The same, with words before the message that identify the element, and the arguments of the format as a list. */
+/* Reports a fault with words before the message that identify the element. The arguments of the format are a list. */
 bool kt_xml_fault_in(kt_reader *reader, const kt_element *e, const char *context, const char *format, va_list arguments)
     KT_PRINTF(4, 0);
 

@@ -74,7 +74,7 @@ typedef enum kt_volume_rule {
 
 /* The mass properties of the body that a surface encloses, at density 1. */
 typedef struct kt_enclosed {
-    double volume; /* of KT_VOLUME_SURFACE the area */
+    double volume; /* for KT_VOLUME_SURFACE the area */
     kt_vec3 com;
     kt_sym3 inertia; /* about com */
 } kt_enclosed;

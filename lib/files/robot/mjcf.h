@@ -26,13 +26,13 @@ typedef enum kt_mjcf_from_geom { KT_MJCF_NEVER, KT_MJCF_ALWAYS, KT_MJCF_AUTO } k
 /* Settings of <compiler>. The comments give their defaults. */
 typedef struct kt_mjcf_settings {
     double angle;                   /* radians a unit: degrees */
-    char sequence[4];               /* of Euler angles: xyz, about carried axes; capital letters: fixed ones */
+    char sequence[4];               /* order of Euler angles: xyz, about carried axes; capital letters: fixed ones */
     bool autolimits;                /* a range is a limit unless `limited` overrides it: true */
     double total_mass;              /* <= 0: as it is */
     bool balance;                   /* inertias that no body has become spheres': false */
-    double mass_least, least;       /* of masses and principal moments: 0 */
+    double mass_least, least;       /* least masses and principal moments: 0 */
     kt_mjcf_from_geom from_geom;    /* inertia from geoms: where there is no <inertial> */
-    double group_first, group_last; /* of geoms that have mass: 0 to 5 */
+    double group_first, group_last; /* groups of geoms that have mass: 0 to 5 */
     const char *mesh_folder;
     bool exact_meshes; /* volumes with signs: false */
     bool fits_boxes;   /* solids are fitted to the box around a mesh: false */
@@ -56,7 +56,7 @@ typedef struct kt_mjcf_document {
     int parent; /* the document that attaches it; -1: the model itself */
     const char *path, *prefix;
     kt_mjcf_settings settings;
-    int main;       /* its last class at the root; -2: none */
+    int main;       /* the document's last class at the root; -2: none */
     kt_list joints; /* const kt_element *: all that it has, in MuJoCo's order, attached or not */
 } kt_mjcf_document;
 
@@ -85,16 +85,16 @@ typedef struct kt_mjcf_body {
     bool has_axes;   /* `inertial` has the axes of the inertia, as MuJoCo has them */
     kt_pose inertial;
     int child_count;
-    bool has_ellipsoids; /* of geoms in a medium */
+    bool has_ellipsoids; /* some geoms in a medium are ellipsoids */
     const char *medium;  /* the marker at which a medium acts, along the axes of the inertia; NULL: none */
-    kt_mat3 medium_axes; /* of this marker, in the body */
+    kt_mat3 medium_axes; /* axes of this marker, in the body */
 } kt_mjcf_body;
 
 typedef enum kt_mjcf_motion { KT_MJCF_FREE, KT_MJCF_BALL, KT_MJCF_SLIDE, KT_MJCF_HINGE } kt_mjcf_motion;
 
 typedef struct kt_mjcf_joint {
     const kt_element *element;
-    const char *tag; /* of its defaults; NULL: none */
+    const char *tag; /* class of the joint's defaults; NULL: none */
     int body;
     kt_mjcf_motion type;
     kt_vec3 at, axis;                 /* body frame */
@@ -103,7 +103,7 @@ typedef struct kt_mjcf_joint {
     double force[2];                  /* bounds of the sum of actuator forces in it */
     double inertia; /* effective inertia at the reference positions, if requested (springdamper); else 0 */
     bool is_limited;
-    int position, velocity; /* its first coordinates in MuJoCo's order */
+    int position, velocity; /* the joint's first coordinates in MuJoCo's order */
     const char *carrier;    /* body of the scene that has it */
     const char *name;       /* in the scene */
     int carrier_index;
@@ -135,7 +135,7 @@ typedef struct kt_mjcf_tendon {
     double start;       /* initially */
     kt_path_point *path;
     int path_count;
-    bool moves;      /* its points are on several bodies */
+    bool moves;      /* the tendon has points on several bodies */
     bool is_bounded; /* a joint between a site and the ground has bounds of the sum of its actuators */
 } kt_mjcf_tendon;
 
@@ -151,7 +151,7 @@ enum {
     KT_MJCF_SITES,
     KT_MJCF_WRAPS, /* geoms around which tendons may lead */
     KT_MJCF_TENDONS,
-    KT_MJCF_COMPLETE_TENDONS, /* those without a missing reference */
+    KT_MJCF_COMPLETE_TENDONS, /* tendons without a missing reference */
     KT_MJCF_MESHES,
     KT_MJCF_CLASSES
 };
@@ -164,22 +164,22 @@ typedef struct kt_mjcf {
     const kt_robot_source *source;
     kt_element *root;
     kt_list documents;                   /* kt_mjcf_document */
-    size_t included_bytes, joined_bytes; /* of files; of names that kt_mjcf_join made */
-    int elements;                        /* of the whole */
+    size_t included_bytes, joined_bytes; /* bytes of files; of names that kt_mjcf_join made */
+    int elements;                        /* number of elements of all files */
     kt_list lost_names;                  /* const char *: names of incomplete items */
     kt_list classes;                     /* kt_mjcf_class */
     kt_vec3 gravity;
-    double density, viscosity; /* of the medium */
+    double density, viscosity; /* properties of the medium */
     kt_mjcf_off off;
     kt_names names;
     kt_namer bodies_named, joints_named, effects_named;
 
     kt_list bodies, joints, sites, tendons, terms, meshes; /* bodies[0] is the world */
     kt_list surfaces;                                      /* geoms that touch others (mjcf_contact.c) */
-    const kt_mjcf_settings *body_settings;                 /* of the body whose geoms are read */
+    const kt_mjcf_settings *body_settings;                 /* settings for the body whose geoms are read */
     bool geoms_have_mass, has_visuals;
     int nq, nv;
-    double *qpos, *qvel, *ctrl, *mpos, *mquat; /* of the keyframe; NULL: none is requested */
+    double *qpos, *qvel, *ctrl, *mpos, *mquat; /* values of the keyframe; NULL: none is requested */
     const double *act;                         /* activations of all actuators, by the keyframe; NULL: zeros */
     kt_namer states_named;
     kt_list wraps;   /* kt_mjcf_wrap */
@@ -309,17 +309,17 @@ void kt_mjcf_settle_masses(kt_mjcf *m);
 
 /* ---- mjcf_settings.c, _body.c, _key.c, _force.c, _inertia.c, _actuator.c, _loop.c -------------------------------- */
 
-void kt_mjcf_read_settings(kt_mjcf *m, int document); /* of <compiler> */
-void kt_mjcf_read_options(kt_mjcf *m);                /* of <option> */
+void kt_mjcf_read_settings(kt_mjcf *m, int document); /* reads <compiler> */
+void kt_mjcf_read_options(kt_mjcf *m);                /* reads <option> */
 
 void kt_mjcf_collect(kt_mjcf *m); /* bodies, joints, sites, tendons */
 kt_mjcf_motion kt_mjcf_motion_of(kt_mjcf *m, const kt_element *joint);
 void kt_mjcf_start(kt_mjcf *m);                                /* the requested keyframe */
 kt_pose kt_mjcf_mocap_pose(kt_mjcf *m, const kt_mjcf_body *b); /* at the start */
 void kt_mjcf_keep_start(kt_mjcf *m);  /* loops of lengths move none of its positions and velocities */
-void kt_mjcf_make_bodies(kt_mjcf *m); /* of the scene */
+void kt_mjcf_make_bodies(kt_mjcf *m); /* makes the bodies of the scene */
 void kt_mjcf_passive(kt_mjcf *m);
-void kt_mjcf_find_inertias(kt_mjcf *m); /* of joints with `springdamper`; reaches of muscles */
+void kt_mjcf_find_inertias(kt_mjcf *m); /* for joints with `springdamper`; reaches of muscles */
 /* The coordinates of a joint in a model of the tree; none (nv = 0) if the model does not have it. */
 kt_coordinates kt_mjcf_coordinates_of(const kt_mjcf *m, const kt_model *model, const kt_mjcf_joint *j);
 void kt_mjcf_read_tendons(kt_mjcf *m);
@@ -341,7 +341,7 @@ void kt_mjcf_add_surface(kt_mjcf *m, const kt_element *e, int body, kt_solid sol
 /* An element that acts along a length L = factor q of a scalar joint. */
 typedef struct kt_mjcf_line {
     const kt_element *element;
-    const char *tag, *joint; /* of its defaults; in the scene */
+    const char *tag, *joint; /* class of the line's defaults; name of the joint in the scene */
     double factor;
 } kt_mjcf_line;
 
@@ -379,7 +379,7 @@ typedef enum kt_mjcf_dynamics_type {
     KT_MJCF_INTEGRATOR,
     KT_MJCF_FILTER,
     KT_MJCF_MUSCLE = 4,
-    KT_MJCF_LOST /* of a user: left out */
+    KT_MJCF_LOST /* dynamics of a user: left out */
 } kt_mjcf_dynamics_type;
 
 /* The dynamics of an actuator. */
@@ -387,7 +387,7 @@ typedef struct kt_mjcf_dynamics {
     kt_mjcf_dynamics_type type;
     double numbers[3]; /* the time constant, s; of a muscle: activation, deactivation, width of the smooth transition */
     double count;      /* activations */
-    double delay;      /* of the control, which is zero before, s */
+    double delay;      /* s, by which the control is late; the control is zero before */
 } kt_mjcf_dynamics;
 
 /* The dynamics that <general> gives, on top of those of its defaults. */
@@ -457,7 +457,7 @@ void kt_mjcf_put_muscle_rate(const kt_mjcf_dynamics *d, double control, const ch
 
 /* ---- mjcf_reach.c ------------------------------------------------------------------------------------------------ */
 
-/* Of an actuator that is a muscle: the range of its length, and |M^-1 J'| of its length's gradient J at the reference
+/* For an actuator that is a muscle: the range of its length, and |M^-1 J'| for its length's gradient J at the reference
  * positions, the acceleration by a unit force. */
 typedef struct kt_mjcf_reach {
     const kt_element *element;

@@ -12,7 +12,7 @@ typedef struct kt_mjcf_mesh {
     kt_vec3 points[KT_CONTACT_POINTS_MOST]; /* that touch planes, if the options ask for contacts */
     int point_count;
     kt_enclosed enclosed;
-    kt_mat3 axes;     /* of the inertia, in MuJoCo's order */
+    kt_mat3 axes;     /* principal axes of the inertia, in MuJoCo's order */
     double box[2][3]; /* least and largest coordinates about the centre of mass, in these axes */
 } kt_mjcf_mesh;
 

@@ -46,7 +46,7 @@ typedef struct kt_known_list {
     const char *read;   /* elements of which nothing is to be counted */
     const char
         *harmless;      /* elements and attributes of the format that do not concern the motion: looks, measurements */
-    const char *moving; /* those that do */
+    const char *moving; /* elements and attributes that do concern the motion */
 } kt_known_list;
 
 /* Elements by which Drake extends URDF and SDF, and which change the motion. */
@@ -129,7 +129,7 @@ bool kt_robot_fault(kt_reader *r, const kt_element *e, const char *format, ...) 
 typedef struct kt_namer {
     kt_reader *r;
     kt_names names;
-    int *namesakes; /* of each name: how many have a number added to it; the first is the world's */
+    int *namesakes; /* for each name: how many have a number added to it; the first is the world's */
     int count, room;
 } kt_namer;
 
@@ -173,7 +173,7 @@ void *kt_list_add(kt_reader *r, kt_pool *pool, kt_list *list, size_t size);
 
 /* ---- elements that a reader makes -------------------------------------------------------------------------------- */
 
-/* Of an element without attributes. */
+/* The list of known attributes for an element without attributes. */
 extern const char *const kt_no_attributes[1];
 
 /* A new element at the place of another one, without children; NULL: no memory. */
@@ -191,7 +191,7 @@ void kt_element_hang(kt_element *parent, kt_element *e);
  * else, a number that is not finite, or more numbers. */
 int kt_parse_numbers(const char *text, int most, double *values);
 
-/* The same for bounds, each of which may be infinite: "inf", "-inf" or "infinity", with capitals or without. */
+/* Parses numbers as kt_parse_numbers does, but each may be infinite: "inf", "-inf" or "infinity", in either case. */
 int kt_parse_bounds(const char *text, int most, double *values);
 
 /* A rotation for a description: none if it is the identity. */
@@ -221,14 +221,14 @@ bool kt_marks_make(kt_reader *r, const char *path, kt_scene *scene, const kt_ele
 
 typedef struct kt_draft {
     kt_reader *r;
-    const kt_element *root;                                /* of the file */
+    const kt_element *root;                                /* root element of the file */
     kt_list bodies, loops, effects, states;                /* kt_body ..., in r->keep */
     kt_list body_elements, loop_elements, effect_elements; /* const kt_element *: the element of each */
-    kt_list joint_names;  /* of bodies: const char *, the name of the joint in the file; NULL: none */
-    kt_list link_names;   /* likewise of the link whose mass the body has; NULL: of none */
-    kt_list links;        /* of bodies: const kt_element *, the element around their <inertial> */
+    kt_list joint_names;  /* for each body: const char *, the name of the joint in the file; NULL: none */
+    kt_list link_names;   /* for each body: name of the link whose mass the body has; NULL: no link's */
+    kt_list links;        /* for each body: const kt_element *, the element around the <inertial> */
     kt_names body_names;  /* with kt_draft_find_parents */
-    const int *parents;   /* of bodies; -1: the world; NULL: not found yet */
+    const int *parents;   /* parents of bodies; -1: the world; NULL: not found yet */
     bool has_link_places; /* faults of masses are at elements in the links */
     kt_namer loop_names;
     kt_list renamed;    /* kt_renamed: joints */
@@ -308,7 +308,7 @@ typedef struct kt_judge {
     const kt_robot_options *options;
     kt_inertia_limit limit;                    /* the result, for the description */
     kt_left odd_inertias, odd_links, nothings; /* accepted: of rigid parts, of links alone; rounding of zero */
-    double worst_excess;                       /* of the first */
+    double worst_excess;                       /* largest excess among `odd_inertias` */
 } kt_judge;
 
 /* Checks the inertias of the rigid parts of a draft, according to the options. */
@@ -333,7 +333,7 @@ typedef enum kt_solid {
     KT_SOLID_CAPSULE,
     KT_SOLID_ELLIPSOID,
     KT_SOLID_CYLINDER,
-    KT_SOLID_CONE, /* its point is on the side of z */
+    KT_SOLID_CONE, /* a cone whose point is on the side of z */
     KT_SOLID_BOX
 } kt_solid;
 
@@ -342,7 +342,7 @@ typedef enum kt_solid {
 double kt_solid_volume(kt_solid solid, const double size[3]);
 kt_vec3 kt_solid_moments(kt_solid solid, const double size[3]);
 
-/* The same of its surface, for spheres, capsules, cylinders and boxes; zero for others. */
+/* Area, and principal moments of a mass of 1 on the surface. Zero except for spheres, capsules, cylinders and boxes. */
 double kt_shell_area(kt_solid solid, const double size[3]);
 kt_vec3 kt_shell_moments(kt_solid solid, const double size[3]);
 
@@ -350,7 +350,7 @@ kt_vec3 kt_shell_moments(kt_solid solid, const double size[3]);
 
 typedef struct kt_robot_source {
     const kt_robot_options *options; /* never NULL */
-    const char *path;                /* its name in messages */
+    const char *path;                /* the source's name in messages */
     const char *folder;              /* the folder of other files; NULL: there are none */
     const kt_element *root;
     kt_xml_late late;
@@ -385,7 +385,7 @@ typedef struct kt_appearance {
     const kt_robot_source *source;
     const char *body;                 /* the one that is being read */
     kt_list shapes;                   /* kt_shape: of that body */
-    bool is_seen;                     /* it has a shape or a mesh */
+    bool is_seen;                     /* the body has a shape or a mesh */
     kt_list meshes;                   /* kt_scene_mesh: of all bodies */
     kt_list collisions;               /* kt_seen_collision, in the order of the bodies */
     kt_left sizeless, missing, large; /* left out; `missing.what`: the first file */
@@ -448,7 +448,7 @@ kt_element *kt_include_read(kt_reader *r, const kt_element *e, const char *path,
 void kt_urdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene);
 void kt_mjcf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene);
 void kt_sdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene);
-bool kt_sdf_is_root(const kt_element *root); /* of a file in SDF */
+bool kt_sdf_is_root(const kt_element *root); /* whether an element is the root of a file in SDF */
 
 /* Takes a piece of a text: a part of the format, or the text of an argument. */
 typedef void kt_print_piece(void *to, const char *text, size_t length, bool is_argument);

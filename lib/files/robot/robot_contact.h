@@ -10,10 +10,10 @@
 
 /* The numbers of a contact in MuJoCo. */
 typedef struct kt_contact_law {
-    double friction, torsion, rolling; /* of slip; of a spin about the normal and of rolling, m */
+    double friction, torsion, rolling; /* coefficient of slip; lengths for a spin about the normal and for rolling, m */
     double condim, priority, mix;      /* mix: weight of a mean */
     double reference[2], impedance[5]; /* solref, solimp */
-    double distance;                   /* of the surfaces at which it begins */
+    double distance;                   /* distance of the surfaces at which contact begins */
 } kt_contact_law;
 
 /* The settings of all contacts: the shortest time constant, impratio, and the kind of the cones. */
@@ -40,16 +40,16 @@ enum { KT_CONTACT_EXTREMES = 26, KT_CONTACT_POINTS_MOST = 64 /* contacts of one 
 /* A solid of a body that touches planes, and how. */
 typedef struct kt_contact_shape {
     const kt_element *element;
-    const char *name, *body; /* of the effect; in the scene */
-    kt_namer *names;         /* of effects */
+    const char *name, *body; /* name of the effect; name of the body in the scene */
+    kt_namer *names;         /* names of effects */
     kt_solid solid;          /* NONE: it is the points */
     double size[3];          /* half sizes; radius, half length */
     const kt_vec3 *points;
     int point_count;
     kt_pose pose;                                            /* in the body */
     double friction, slip, stiffness, exponent, dissipation; /* as in the effect */
-    double torsion, rolling, turn;                           /* likewise */
-    double mobility, mass;                                   /* of the body, 1/kg; of the robot */
+    double torsion, rolling, turn;                           /* values as in the effect */
+    double mobility, mass;                                   /* mobility of the body, 1/kg; mass of the robot */
     bool turns_freely;                                       /* by a free joint, or about an axis without limits */
 } kt_contact_shape;
 
@@ -74,7 +74,7 @@ typedef struct kt_contact_tally {
     kt_left planes, made, lost; /* lost: shapes that no contact can represent */
     kt_left floors;             /* boxes that are planes */
     kt_left rounded, rough;     /* ellipsoids, and meshes of wheels, of which contacts are near */
-    double depth;               /* of the deepest contact at the start */
+    double depth;               /* depth of the deepest contact at the start */
 } kt_contact_tally;
 
 /* Adds the contacts of a shape with a plane, and counts the shape. */
@@ -139,7 +139,7 @@ typedef struct kt_floors {
     kt_draft *d;
     kt_contact_tree tree;
     kt_vec3 up;       /* against gravity; z without gravity */
-    kt_vec3 *middles; /* of the shapes that move, at the start */
+    kt_vec3 *middles; /* middles of the shapes that move, at the start */
     int count;
 } kt_floors;
 
@@ -158,14 +158,14 @@ bool kt_floors_find(const kt_floors *f, const char *body, kt_pose pose, const do
 
 typedef struct kt_collision {
     const kt_element *element;
-    int body; /* of the draft; -1: the world */
+    int body; /* index of the body in the draft; -1: the world */
     bool is_plane;
     kt_solid solid; /* NONE: a mesh, or nothing known */
     double size[3];
-    const char *mesh; /* its file; NULL: none */
+    const char *mesh; /* the mesh's file; NULL: none */
     kt_vec3 scale;
     kt_pose pose;                      /* in the body */
-    double friction, torsion, rolling; /* of slip; the arms of torsional and rolling friction, m */
+    double friction, torsion, rolling; /* coefficient of slip; the arms of torsional and rolling friction, m */
     unsigned mask;                     /* two shapes touch if their masks have a bit in common */
 } kt_collision;
 
@@ -191,7 +191,7 @@ void kt_collisions_add(kt_collisions *c, kt_reader *r, const kt_robot_options *o
 /* Adds the contacts of all collisions with planes that do not move. */
 void kt_collisions_contacts(kt_collisions *c, kt_draft *d, const kt_robot_source *source, kt_vec3 gravity);
 
-/* Their notes; `root` is the element of the whole. */
+/* Adds the notes about collisions; `root` is the element of the whole. */
 void kt_collisions_notes(kt_notes *notes, const kt_collisions *c, const kt_robot_options *o, const kt_element *root,
                          kt_vec3 gravity);
 

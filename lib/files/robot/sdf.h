@@ -17,31 +17,31 @@ typedef struct kt_sdf_frame {
     const char *name;
     int scope;   /* the model or the world in which it has its name; of the world -1 */
     int home;    /* base of poses in this scope without `relative_to`; the frame __model__ */
-    int version; /* of its file: 112 for 1.12 */
+    int version; /* version of the frame's file: 112 for 1.12 */
     bool is_static;
 
     const kt_element *pose_element; /* NULL: none */
-    const kt_element *placement;    /* of a model: names the frame that the pose places; NULL: the model's own */
+    const kt_element *placement;    /* for a model: names the frame that the pose places; NULL: the model's own */
     const char *placed;             /* that frame */
     int base;                       /* -1: of the world, or not found yet */
     kt_pose pose, world;            /* in base, in the world */
     int depth;                      /* number of bases below it; -1: not found yet */
 
     int follows; /* the frame that it moves with; a link or the world follow themselves; -1: nothing */
-    int link;    /* of a link: its number; of a joint: that of its first axis; else -1 */
+    int link;    /* a link's number; for a joint that of its first axis; else -1 */
 } kt_sdf_frame;
 
 /* ---- links and joints -------------------------------------------------------------------------------------------- */
 
 /* A link; that of number 0 is the world. Between the two axes of a joint there is one without mass. */
 typedef struct kt_sdf_link {
-    const kt_element *element; /* of the joint, for one between axes */
-    int frame;                 /* likewise */
-    const char *body;          /* its name in the scene; NULL: the world */
+    const kt_element *element; /* the link's; between axes, the joint's */
+    int frame;                 /* the link's; between axes, the joint's */
+    const char *body;          /* the link's name in the scene; NULL: the world */
     bool is_between, is_static;
     int carrier; /* the joint that carries it in the tree; -1: none */
     int depth;   /* -1: not in the tree yet */
-    int index;   /* of its body in the scene; -1: the world */
+    int index;   /* index of the link's body in the scene; -1: the world */
     int rigid;   /* the link that it is fixed to, by any number of fixed joints; itself where it moves */
 } kt_sdf_link;
 
@@ -50,13 +50,13 @@ typedef struct kt_sdf_joint {
     const kt_element *element, *axis; /* axis: NULL if it has none */
     int frame, parent, child;         /* links */
     kt_joint_type type;
-    kt_vec3 direction; /* of the axis, in the frame `expressed` */
+    kt_vec3 direction; /* direction of the axis, in the frame `expressed` */
     int expressed;
     double pitch;     /* m per radian */
-    bool is_cut;      /* it closes a loop in any tree */
-    bool is_used;     /* it carries a link */
-    bool is_reversed; /* it carries its parent */
-    int body;         /* of the scene, that has it; -1: none */
+    bool is_cut;      /* the joint closes a loop in any tree */
+    bool is_used;     /* the joint carries a link */
+    bool is_reversed; /* the joint carries its parent */
+    int body;         /* the body of the scene that has the joint; -1: none */
     const char *name; /* in the scene; NULL: it has no coordinate there */
 } kt_sdf_joint;
 
@@ -76,7 +76,7 @@ typedef struct kt_sdf {
     int *order, order_count;       /* links from the world outwards */
     kt_judge judge;
 
-    const kt_known_list *known; /* of the format */
+    const kt_known_list *known; /* lists of the format */
     kt_strange strange;         /* what the files have besides */
     kt_left renamed, renamed_frames, renamed_models, unversioned, others, missing, newer, older, no_gravity, floating,
         reserved, at_rest, kinematic, freed;

@@ -17,22 +17,22 @@ typedef struct kt_urdf_joint {
     const kt_urdf_kind *kind; /* NULL: it could not be read */
     int parent, child;        /* links; -1: not found */
     double lower, upper;      /* infinite if there are none */
-    double effort, speed;     /* likewise */
+    double effort, speed;     /* infinite if there are none */
     const char *name;         /* in the scene */
     double start;             /* initial position of a scalar joint */
     double armature;          /* by a transmission */
     int master;               /* the joint that it follows; -1: none */
     double multiplier, offset;
-    bool is_placed;         /* its start has been found */
-    double stiffness, rest; /* of a spring by <gazebo> */
+    bool is_placed;         /* the joint's start has been found */
+    double stiffness, rest; /* numbers of a spring by <gazebo> */
 } kt_urdf_joint;
 
 typedef struct kt_urdf_link {
     const kt_element *element;
-    const char *body; /* its name in the scene; NULL: it is the world */
+    const char *body; /* the link's name in the scene; NULL: the link is the world */
     int carrier;      /* the joint that has it as child; -1: none */
-    int index;        /* of its body in the scene; -1: none */
-    double mu[3];     /* of `mu`, `mu1` and `mu2` of <gazebo>; below zero: not given */
+    int index;        /* index of the link's body in the scene; -1: none */
+    double mu[3];     /* `mu`, `mu1` and `mu2` of <gazebo>; below zero: not given */
     bool is_light;    /* without weight */
 } kt_urdf_link;
 
@@ -54,7 +54,7 @@ typedef struct kt_urdf {
     kt_urdf_joint *joints;
     int link_count, joint_count;
     kt_names names;
-    kt_namer namer; /* of bodies */
+    kt_namer namer; /* names of bodies */
     kt_strange strange;
     kt_collisions collisions;
     kt_left shapes, limits, rates, scales, words, starts, renamed;

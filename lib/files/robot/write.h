@@ -24,7 +24,7 @@ typedef struct kt_export_follower {
 /* The form in which a body is written. */
 typedef enum kt_export_role {
     KT_EXPORT_BODY,   /* a body */
-    KT_EXPORT_MERGED, /* its joints are those of the only body that it carries, since it has no mass */
+    KT_EXPORT_MERGED, /* a body without mass: the only body that it carries has its joints */
     KT_EXPORT_SUM,    /* a fixed tendon, whose length its position represents */
 } kt_export_role;
 
@@ -52,11 +52,11 @@ typedef struct kt_export_muscle {
 /* A force by a formula, in a joint or along a path: an actuator. */
 typedef struct kt_export_actuator {
     const kt_effect *effect;
-    int body, rope;          /* of the joint; in `ropes`; -1: none */
+    int body, rope;          /* body of the joint; index in `ropes`; -1: none */
     int state;               /* the auxiliary state w that its force contains; -1: none */
     double time, control;    /* w' = (control - w) / time, or w' = control if time is 0 */
     double delay;            /* before which the control is zero; without w it is a force */
-    bool is_first;           /* of the actuators of one effect: it has the name */
+    bool is_first;           /* the first of the actuators of one effect, which has the effect's name */
     double bias[3], gain[3]; /* without w, and per w: a constant, by the length and by its rate */
     bool has_force_range, has_act_range;
     double force_range[2], act_range[2];
@@ -77,36 +77,36 @@ typedef struct kt_export_inertial {
 
 typedef struct kt_export {
     const kt_description *d;
-    const kt_scene *scene; /* of the description; NULL: none */
+    const kt_scene *scene; /* scene of the description; NULL: none */
     const kt_scene_mesh *meshes;
     int mesh_count;
     const char *folder; /* where the file will be; NULL: unknown */
     FILE *stream;
     kt_pool pool;
     kt_names names;                         /* scopes from 0 on: bodies, joints, markers (to the first body) */
-    int *parent, *first_child, *next_child; /* of bodies; -1: the world, none */
+    int *parent, *first_child, *next_child; /* tree of bodies; -1: the world, none */
     int first_root;                         /* the first body on the world */
-    kt_export_role *role;                   /* of bodies */
-    const kt_loop **sum;                    /* of a slider that is a sum: the coupling that defines it */
-    kt_export_forces *forces;               /* of bodies' joints */
+    kt_export_role *role;                   /* role of each body */
+    const kt_loop **sum;                    /* for a slider that is a sum: the coupling that defines it */
+    kt_export_forces *forces;               /* forces of bodies' joints */
     kt_export_follower *followers;
     kt_export_motor *motors;
     int motor_count;
     kt_export_rope *ropes;
     int rope_count;
-    kt_export_rope *lengths; /* those that have an armature alone */
+    kt_export_rope *lengths; /* ropes that have an armature alone */
     int length_count;
     kt_export_actuator *actuators;
     int actuator_count;
-    bool *is_kept;           /* of auxiliary states: whether an actuator has it */
+    bool *is_kept;           /* for each auxiliary state: whether an actuator has it */
     kt_loop const **tendons; /* couplings of several joints, or of one */
     int tendon_count;
-    const char **mesh_files; /* of each mesh: its file, seen from `folder`; NULL: it is left out */
+    const char **mesh_files; /* for each mesh: its file, seen from `folder`; NULL: the mesh is left out */
     int raised, lightened;   /* bodies whose moments were raised, and those that got a mass since they move */
     int weighted;            /* bodies without a joint that got a mass since they have moments */
     double most_raised;      /* kg m^2 */
     const char *most_raised_body;
-    kt_export_inertial *inertials; /* of bodies, as they are written */
+    kt_export_inertial *inertials; /* inertials of bodies, as they are written */
     double least;                  /* the smallest mass and moment that the format's readers accept */
     double least_fixed;            /* the smallest mass of a body without a joint that readers do not leave out */
     double spare; /* by how much of itself the largest moment is below the sum of the others, if it is turned */

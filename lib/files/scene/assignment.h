@@ -42,7 +42,7 @@ int kt_assignments_parameters(const kt_scene *scene);
 
 typedef struct kt_assigned_parameter {
     double value; /* as read */
-    int state;    /* its auxiliary state, an index in the description; -1: events do not reach it */
+    int state;    /* the parameter's auxiliary state, an index in the description; -1: events do not reach it */
     bool is_set;  /* by an event; else it follows */
 } kt_assigned_parameter;
 
@@ -50,16 +50,16 @@ kt_assigned_parameter kt_assignments_parameter(const kt_scene *scene, int k);
 
 /* A number that follows. */
 typedef struct kt_assigned_number {
-    const kt_expression *expression; /* of parameters */
-    int parameter;                   /* it is this one; -1: a number of the description, */
+    const kt_expression *expression; /* expression of parameters */
+    int parameter;                   /* the parameter; -1: a number of the description, */
     kt_assignment_target target;     /* this one */
 } kt_assigned_number;
 
 /* The next number from the *k-th on, in the order in which they are evaluated; NULL: there is none. */
 const kt_assigned_number *kt_assignments_next(const kt_scene *scene, size_t *k);
 
-/* The same for numbers of the description that follow from variables (kt_scene_options); and the present value of the
- * number *k - 1, after the call. */
+/* The next of the numbers of the description that follow from variables (kt_scene_options); and the present value of
+ * the number *k - 1, after the call. */
 const kt_assigned_number *kt_varied_next(const kt_scene *scene, size_t *k);
 double kt_varied_value(const kt_scene *scene, size_t k);
 

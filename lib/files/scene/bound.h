@@ -12,7 +12,7 @@
 typedef struct kt_bound {
     kt_variable_type type;
     int body, at, component; /* at: in q, v or gravity forces, or of auxiliary states */
-    kt_vec3 point;           /* of a marker, in the body's frame */
+    kt_vec3 point;           /* place of a marker, in the body's frame */
     bool responds;           /* the variable is `response` instead */
     kt_event_response response;
 } kt_bound;
@@ -26,7 +26,7 @@ typedef struct kt_bound_formula {
     double *gravity;   /* gravity forces of all joints; NULL: none is among them */
     unsigned responds; /* bits of accelerations and reactions among them (kt_response_bit) */
     kt_responses *responses;
-    kt_expression **parts; /* those that depend on time alone */
+    kt_expression **parts; /* parts of formulas that depend on time alone */
     int part_count;
 } kt_bound_formula;
 

@@ -35,7 +35,7 @@ typedef struct kt_stretch {
 /* A formula whose expressions are written out. */
 typedef struct kt_written {
     const char *text;
-    kt_node *node; /* of the formula */
+    kt_node *node; /* node of the formula */
     kt_stretch *stretches;
     int count;
 } kt_written;

@@ -12,17 +12,17 @@ struct kt_named_number {
     kt_node *key, *node;
     const kt_expression *expression; /* NULL: a number, or faulty */
     double value;
-    size_t use; /* of its expression: first index in `uses`, which has use_count of them */
+    size_t use; /* the expression's first index in `uses`, which has use_count of them */
     int use_count;
     int missing; /* parameters that its expression uses and that have no value yet */
     bool is_known, is_angle;
     bool is_used;      /* by a number or a formula, directly or through other parameters */
     bool is_mentioned; /* by a parameter, used or not */
-    bool varies;       /* it depends on a variable (vary.h) */
+    bool varies;       /* the number depends on a variable (vary.h) */
     bool is_set;       /* by an event */
-    bool is_assigned;  /* it is set, or depends on one that is. Formulas then see an auxiliary state of its name
-                         (assignment.h) */
-    uint32_t hidden_line, hidden_column; /* of the first formula that has a variable of its name; 0: none */
+    bool is_assigned;  /* an event sets it or a number that it depends on. Formulas then see an auxiliary state of its
+                          name (assignment.h) */
+    uint32_t hidden_line, hidden_column; /* place of the first formula that has a variable of this name; 0: none */
 };
 
 /* The name of a variable of the description, which lasts as long as the reading; NULL: out of memory. */

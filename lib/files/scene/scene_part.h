@@ -18,8 +18,8 @@ extern const kt_items kt_bodies, kt_loops, kt_effects, kt_meshes;
 void kt_expressions_check(kt_reader *r);
 
 extern const kt_table kt_initial_table;
-extern const kt_kind kt_kind_simulate; /* of a kt_scene */
-extern const kt_table kt_output_table; /* of a kt_scene */
+extern const kt_kind kt_kind_simulate; /* for a kt_scene */
+extern const kt_table kt_output_table; /* for a kt_scene */
 
 /* ---- lists of items (items.c) ------------------------------------------------------------------------------------ */
 
@@ -34,10 +34,10 @@ typedef struct kt_item_read {
 /* A list of items in an array of an object: the detail of a field of kt_kind_items. */
 struct kt_items {
     const char *expected;       /* "a list of loops ('- {type: ..., between: ...}')" */
-    const char *noun, *section; /* of items that messages call by their names; NULL: by their indices */
+    const char *noun, *section; /* words for items that messages call by their names; NULL: by their indices */
     unsigned least;             /* items that a list must have */
     int most;                   /* and that it may have; 0: any number */
-    size_t size, array, count;  /* of an item; offsets of the array and of its length, an int */
+    size_t size, array, count;  /* size of an item; offsets of the array and of its length, an int */
     size_t nodes;               /* offset in kt_scene_reading of the array of nodes; 0: it is not kept */
     bool flow;                  /* written in one line */
     void (*read)(kt_reader *r, const kt_scope *scope, const kt_item_read *item);
@@ -112,7 +112,7 @@ typedef struct kt_mark {
 struct kt_scene_marks {
     const char *path;
     const kt_mark *bodies, *loops; /* as the arrays of the description */
-    kt_mark from;                  /* of `initial.from`; line 0: the file does not have this key */
+    kt_mark from;                  /* place of `initial.from`; line 0: the file does not have this key */
     const struct kt_named_file *files;
 };
 

@@ -19,7 +19,7 @@ typedef struct kt_scene_reading {
     const kt_description *description; /* as far as it is read */
     struct kt_scene_part *parts;       /* shapes of the body that is being read; NULL: none */
     kt_node **part_nodes;
-    kt_names names;         /* of bodies (scope 0) and of the markers of body i (scope i + 1) to indices */
+    kt_names names;         /* names of bodies (scope 0) and of the markers of body i (scope i + 1) to indices */
     bool names_are_known;   /* the name of every body could be read */
     bool names_are_doubled; /* two bodies have one name */
     bool hides_bodies;      /* markers or the joint of some body could not */
@@ -28,13 +28,13 @@ typedef struct kt_scene_reading {
     int function_depth;     /* sums and products that the function is within */
     int joint_quantity;     /* kt_quantity of the position of the joint that the item acts in */
 
-    kt_named_number *parameters; /* of the file; see scene_parameter.c */
+    kt_named_number *parameters; /* parameters of the file; see scene_parameter.c */
     double *parameter_values;    /* theirs, NaN if there is none: the values of expressions' symbols */
     int parameter_count;
-    bool parameters_are_hidden; /* they could not be read: faults of their users are not reported */
+    bool parameters_are_hidden; /* parameters could not be read: faults of their users are not reported */
     bool hides_parameters;      /* the names of some could not: unknown names are not reported */
     kt_names parameter_names;   /* to indices */
-    kt_named_formula *named;    /* of `expressions`; see named.c */
+    kt_named_formula *named;    /* formulas of `expressions`; see named.c */
     int named_count;
     bool gives_step, is_alone;   /* as in kt_scene_options */
     const char *const *settings; /* texts that have replaced values of the file */

@@ -22,7 +22,7 @@ typedef enum kt_response_type {
 typedef struct kt_event_response {
     kt_response_type type;
     int item, component; /* body or loop; of an acceleration the index in v */
-    kt_vec3 point;       /* of a marker, in the body's frame */
+    kt_vec3 point;       /* place of a marker, in the body's frame */
 } kt_event_response;
 
 /* Whether formulas of events may use a name of this description. Loops of hard stops and contacts, NAME.lower, have the

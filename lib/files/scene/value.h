@@ -10,7 +10,7 @@ typedef enum kt_quantity {
     KT_QUANTITY_NUMBER = 0,
     KT_QUANTITY_POSITIVE, /* > 0 */
     KT_QUANTITY_ANGLE,    /* also "30 deg" */
-    KT_QUANTITY_RATE      /* of an angle: also "30 deg", per second */
+    KT_QUANTITY_RATE      /* rate of an angle: also "30 deg", per second */
 } kt_quantity;
 
 /* Each function reads a node. On a fault, it reports the fault, leaves *out untouched and returns false. */
@@ -24,7 +24,7 @@ bool kt_read_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_vec3 
 bool kt_read_points(kt_reader *r, const kt_scope *scope, kt_node *node, int size, const kt_quantity *quantities,
                     const char *expected, const double **out, int *count);
 void kt_write_points(kt_emitter *e, const double *points, int size, int count);
-/* The same of numbers that stay in *out, of which nothing else is concluded (vary.h). */
+/* Reads numbers that stay in *out, because nothing else is concluded from them (vary.h). */
 bool kt_put_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, double *out);
 bool kt_put_numbers(kt_reader *r, const kt_scope *scope, kt_node *node, int count, kt_quantity quantity,
                     const kt_quantity *quantities, double *out);
@@ -46,9 +46,9 @@ bool kt_read_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_qua
 typedef struct kt_forms {
     const char *several, *expected, *missing; /* texts of faults, such as "surfaces", "a surface (one of ...)" */
     const kt_field *fields;
-    const int *types; /* of each field; equal types belong to one form */
-    int count;        /* of the fields that are forms */
-    size_t size;      /* of the value, whose first member is the type; only for the kinds of surfaces and tracks */
+    const int *types; /* type of each field; equal types belong to one form */
+    int count;        /* number of the fields that are forms */
+    size_t size;      /* size of the value, whose first member is the type; only for the kinds of surfaces and tracks */
 } kt_forms;
 
 /* The type of the one form that the mapping has; 0 after reporting that there is none, or more than one. */
@@ -96,7 +96,7 @@ extern const kt_kind kt_kind_path;     /* kt_effect.path */
 extern const kt_kind kt_kind_surface;  /* kt_surface */
 extern const kt_kind kt_kind_track;    /* kt_track */
 
-/* Their parts, for keys that may be missing. */
+/* Functions for parts of these kinds, for keys that may be missing. */
 bool kt_kind_end_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object);
 void kt_kind_end_write(kt_emitter *e, const kt_member *m);
 bool kt_kind_ends_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object);

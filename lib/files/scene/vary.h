@@ -32,7 +32,7 @@ bool kt_number_follows(kt_reader *r, kt_node *node, bool positive, double *at);
 /* After such a call: the number is in *at, too. */
 void kt_number_follows_too(kt_reader *r, double *at);
 
-/* The same for the items of a list. */
+/* Does for each item of a list what kt_number_follows does for a number: the items are in at[0], at[1], ... */
 void kt_numbers_follow(kt_reader *r, const kt_node *list, double *at);
 
 /* While a scene is read: the numbers in `size` bytes have moved to another place. */
