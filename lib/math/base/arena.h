@@ -48,8 +48,8 @@ static inline size_t kt_arena_round(size_t bytes) {
         return used;                                                                                                   \
     }
 
-/* The same for the arrays of a struct that lies elsewhere, such as the working arrays of a calculation:
- * function(object, memory, ...). The object may be NULL while measuring, unless counts read it. */
+/* Defines a function that places the arrays of a struct that lies elsewhere, such as the working arrays of a
+ * calculation: function(object, memory, ...). The object may be NULL while measuring, unless counts read it. */
 #define KT_ARENA_ARRAYS(function, object_type, list, ...)                                                              \
     static size_t function(object_type *object, void *memory, __VA_ARGS__) {                                           \
         assert((uintptr_t)memory % KT_ARENA_ALIGNMENT == 0);                                                           \
@@ -68,7 +68,7 @@ static inline size_t kt_arena_round(size_t bytes) {
 kt_status kt_arena_check(const char *where, const char *query, const void *memory, size_t size, size_t needed,
                          kt_error *error);
 
-/* The same, and clears `needed` bytes of the memory for an object. */
+/* Checks memory as kt_arena_check does, and clears `needed` bytes for an object. */
 kt_status kt_arena_begin(const char *where, const char *query, void *memory, size_t size, size_t needed,
                          kt_error *error);
 

@@ -11,7 +11,7 @@ static inline void kt_copy(void *to, const void *from, size_t bytes) {
         memcpy(to, from, bytes);
 }
 
-/* The same for arrays that may overlap. */
+/* Copies arrays that may overlap. */
 static inline void kt_move(void *to, const void *from, size_t bytes) {
     if (bytes > 0)
         memmove(to, from, bytes);

@@ -6,7 +6,7 @@
 /* Returns -1 if a < b, 0 if a == b, and 1 if a > b. */
 static inline int kt_order_numbers(double a, double b) { return (a > b) - (a < b); }
 
-/* The same for two doubles by their addresses. */
+/* Compares two doubles by their addresses, for qsort. */
 static inline int kt_compare_numbers(const void *a, const void *b) {
     return kt_order_numbers(*(const double *)a, *(const double *)b);
 }

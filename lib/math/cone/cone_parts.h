@@ -43,7 +43,7 @@
     X(int, order, m, "of columns")                                                                                     \
     X(int, mode, m, "of n")
 
-/* Of problems of n contacts, of which m / 3 have room in matrices. */
+/* Arrays for problems of n contacts, of which m / 3 have room in matrices. */
 #define KT_CONE_MEMBER_FIELDS(X)                                                                                       \
     X(int, member, m, "the working set")                                                                               \
     X(bool, is_member, n, "whether a contact is in it")                                                                \

@@ -70,7 +70,7 @@ typedef struct kt_coulomb_item {
     kt_coulomb_type type;
     int row, across;   /* normal (or only) row; the first of two tangential ones */
     double friction;   /* mu; of dry friction S */
-    double least;      /* of a normal impulse */
+    double least;      /* lower bound of a normal impulse */
     double e[2];       /* the direction of slip, given */
     unsigned rejected; /* modes that are not tried, a bit each */
 } kt_coulomb_item;
@@ -86,7 +86,7 @@ typedef double kt_coulomb_pair[2];
 
 typedef struct kt_coulomb_solution {
     bool shares;    /* forces are not unique: these are the least */
-    int count;      /* of solutions with different u */
+    int count;      /* number of solutions with different u */
     bool redundant; /* several solutions: their closed contacts together have dependent normal rows */
     int differs;    /* several solutions: the item whose normal impulses differ most */
     KT_ARENA_DECLARE(KT_COULOMB_SOLUTION_FIELDS)
@@ -165,7 +165,7 @@ size_t kt_coulomb_matrices_size(size_t rows, size_t most);
 /* Bytes of a problem of up to so many items and rows, and its object in memory of that size, without items. */
 size_t kt_coulomb_size(size_t items, size_t rows);
 kt_coulomb *kt_coulomb_init(size_t items, size_t rows, size_t most, void *memory, void *matrices);
-/* Likewise of a solution. */
+/* Bytes of a solution of such a problem, and its object in memory of that size. */
 size_t kt_coulomb_solution_size(size_t items, size_t rows);
 kt_coulomb_solution *kt_coulomb_solution_init(size_t items, size_t rows, void *memory);
 /* Copies a solution of the problem. */
@@ -199,7 +199,7 @@ bool kt_coulomb_holds(const kt_coulomb *c, const kt_coulomb_solution *to);
 /* Iterates by Newton's method for the directions of one combination of modes, from the directions in `to`. A step is
  * halved until the residual falls. Returns whether the combination is a solution. */
 bool kt_coulomb_iterate(const kt_coulomb *c, kt_coulomb_solution *to);
-/* Likewise for the directions and modes of contacts with cones that do not part (coulomb.c). First all slip in the
+/* Iterates for the directions and modes of contacts with cones that do not part (coulomb.c). First all slip in the
  * directions in `to`. If this is no solution, all stick, and modes that a solution contradicts change. Returns whether
  * a solution is found. */
 bool kt_coulomb_iterate_modes(const kt_coulomb *c, kt_coulomb_solution *to);

@@ -98,7 +98,7 @@ static inline void kt_lemke_begin(kt_lemke *t, const double *M, const double *q,
 
 /* Pivots until a solution is found, and writes this solution to z. */
 static inline bool kt_lemke_run(kt_lemke *t, double *z, uint64_t *pivots) {
-    static const double least = 1e-10; /* of an entry that is not rounding, where the diagonal is 1 */
+    static const double least = 1e-10; /* least entry that is not rounding, where the diagonal is 1 */
     const int n = t->n, last = 2 * n + 1;
     int entering = 2 * n, r = 0;
     for (int i = 0; i < n; i++) {

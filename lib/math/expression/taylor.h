@@ -218,7 +218,7 @@ static kt_jet jet_integral(kt_between value, const kt_jet *x, const kt_jet *y) {
     kt_jet rate = jet_number(0.0), z = {.c = {value}};
     for (int k = 0; k < KT_JET_ORDER; k++)
         rate.c[k] = interval_scale(k + 1.0, x->c[k + 1]);
-    rate = jet_quotient(&rate, y); /* its last coefficient is not used */
+    rate = jet_quotient(&rate, y); /* the last coefficient of `rate` is not used */
     for (int k = 1; k <= KT_JET_ORDER; k++)
         z.c[k] = interval_scale(1.0 / k, rate.c[k - 1]);
     return z;

@@ -106,13 +106,13 @@ kt_status kt_attach_fill_path(kt_model *m, const kt_effect *effect, kt_effect_re
 /* Marks the links of the markers among the variables as links that carry forces. */
 void kt_attach_mark_variables(kt_attach *a, kt_counts *n, const kt_formula_names *names);
 
-/* The same for auxiliary states (compile_state.c). */
+/* Auxiliary states (compile_state.c): counts their numbers, and fills the model from *number, *variable, ... on. */
 kt_status kt_attach_count_states(kt_attach *a, kt_counts *n, kt_error *error);
 kt_status kt_attach_fill_states(const kt_attach *a, kt_model *m, size_t *number, size_t *variable, size_t *part,
                                 size_t *text, kt_error *error);
 
-/* The same for masses that are functions of time (compile_variable_mass.c): counts their numbers, and fills their
- * records. */
+/* Masses that are functions of time (compile_variable_mass.c): counts their numbers, and fills the model from *number
+ * on. */
 void kt_attach_count_masses(const kt_description *description, kt_counts *n);
 void kt_attach_fill_masses(const kt_description *description, kt_model *m, size_t *number);
 

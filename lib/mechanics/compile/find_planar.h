@@ -9,15 +9,15 @@
 typedef struct kt_body_plane {
     kt_mat3 rest;   /* the body's axes in the world at q = 0 */
     kt_mat3 basis;  /* e1, e2, n of the plane in the body's axes at q = 0 */
-    kt_vec3 at;     /* of bodies of the ground: the origin in the world */
-    double height;  /* of others: of the origin along n */
+    kt_vec3 at;     /* for bodies of the ground: the origin in the world */
+    double height;  /* for other bodies: the origin's coordinate along n */
     double reach;   /* sum of the lengths of the joint offsets from the world's origin to it */
     int32_t source; /* index in the description */
     int32_t parent;
     int32_t tree;      /* the body whose joint on the ground carries it; 0: it is part of the ground */
-    int32_t component; /* of a tree: one of the trees with which loops connect it, the same for all of them */
-    int32_t plane;     /* of the tree whose joint on the ground is this body's; -1: none, or the tree is spatial */
-    int32_t known;     /* of that tree: the joints that determine its normal (find_planar.c) */
+    int32_t component; /* for a tree: one of the trees with which loops connect it, the same for all of them */
+    int32_t plane;     /* plane of the tree that this body's joint connects with the ground; -1: none, or not planar */
+    int32_t known;     /* number of joints that determine that tree's normal (find_planar.c) */
 } kt_body_plane;
 
 /* The scope of the names of bodies. The scope of the markers of a body is the index of the body in the description. */
@@ -26,9 +26,9 @@ enum { KT_NAMES_OF_BODIES = -1 };
 /* A description whose bodies have been put in order. */
 typedef struct kt_ordered {
     const kt_description *description;
-    const kt_names *names;  /* of bodies, and of markers where there are loops, to indices in the description */
+    const kt_names *names;  /* names of bodies, and of markers where there are loops, to indices in the description */
     const int32_t *body_of; /* from these to bodies */
-    size_t count;           /* of bodies, without the ground */
+    size_t count;           /* number of bodies, without the ground */
 } kt_ordered;
 
 /* Finds the planar trees and returns the number of planes. Fills all members of body[0] to body[count] except source

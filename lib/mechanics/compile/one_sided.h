@@ -20,8 +20,8 @@ typedef struct kt_hard_loop {
 /* The description in which all of these are switched loops, and their effects are off. */
 typedef struct kt_expansion {
     kt_description description;
-    kt_hard_loop *hard; /* of each loop */
-    void *memory;       /* of all arrays */
+    kt_hard_loop *hard; /* for each loop */
+    void *memory;       /* block that holds all arrays */
 } kt_expansion;
 
 /* Writes an expansion (one_sided.c). The caller frees its memory, also after an error. */

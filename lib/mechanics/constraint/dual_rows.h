@@ -10,7 +10,7 @@
  * ends. The motion is expressed about a point near to the ends. */
 typedef struct kt_support_dof {
     kt_dof_motion motion;
-    int32_t v;     /* its coordinate */
+    int32_t v;     /* index of the velocity coordinate */
     int32_t end;   /* 0 or 1 */
     int32_t first; /* index on the path of the first degree of freedom that it moves: the first of its node */
 } kt_support_dof;

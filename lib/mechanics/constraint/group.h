@@ -180,9 +180,9 @@ static inline double kt_front_reach(const kt_model *model, bool planar, const kt
 /* The largest violations of the equations. */
 typedef struct kt_violation {
     kt_real1 position; /* m or rad, over holonomic equations */
-    kt_real1 gap;      /* the same, each relative to its scale: decides about closure */
+    kt_real1 gap;      /* the largest residual relative to its scale: decides about closure */
     kt_real1 velocity; /* m/s or rad/s */
-    kt_real1 slip;     /* the same, each relative to its scale */
+    kt_real1 slip;     /* the largest residual relative to its scale */
     kt_real1 speed;    /* the largest term in it, or KT_SPEED_LEAST: `slip` is relative to this */
 } kt_violation;
 
@@ -217,7 +217,7 @@ KT_INLINE void kt_group_violate(const kt_group_work *w, int r, kt_real1 sum, kt_
     violation->speed = kt_most1(violation->speed, largest / w->scale[r]);
 }
 
-/* The same of all, of which `right` holds A v; size: the largest terms of A v. */
+/* Adds -(A v + phi_t) of all equations to the violation. `right` holds A v; size: the largest terms of A v. */
 static inline void kt_group_violation(const kt_group_work *w, const kt_real1 *size, kt_violation *violation) {
     for (int r = 0; r < w->k; r++)
         kt_group_violate(w, r, w->rate[r] + w->right[r], kt_most1(kt_abs1(w->rate[r]), size[r]), violation);

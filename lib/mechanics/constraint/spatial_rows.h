@@ -129,7 +129,7 @@ typedef struct kt_rows_path_terms {
     const kt_group_work *w;
     const int32_t *slot;
     const kt_loop_row *rows;
-    int count, local; /* of rows; first coordinate of the link */
+    int count, local; /* number of rows; first coordinate of the link */
     double sign;
     kt_real3 arm; /* from the origin of the link to the second end's point */
 } kt_rows_path_terms;

@@ -30,7 +30,7 @@ typedef struct kt_support_end {
 
 typedef struct kt_support {
     const kt_dual_motion *x;
-    int32_t count; /* of degrees of freedom */
+    int32_t count; /* number of degrees of freedom */
     kt_support_end end[2];
 } kt_support;
 
@@ -122,7 +122,7 @@ static inline kt_loop_end kt_support_end_dual(const kt_support_end *e, const kt_
         }
     }
     kt_loop_end end;
-    end.turn = kt_real_of(0.0); /* of residuals alone */
+    end.turn = kt_real_of(0.0); /* only residuals need the turn */
     for (int k = 0; k < 3; k++)
         end.axes[k] = kt_vector_of(e->axes[k], axes[k]);
     end.point = kt_vector_of(e->point, point);

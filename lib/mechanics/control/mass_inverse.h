@@ -31,7 +31,7 @@
 struct kt_mass_inverse {
     void *owned; /* memory of kt_mass_inverse_create, or NULL */
     const kt_model *model;
-    bool has_terms; /* it holds terms */
+    bool has_terms; /* the object holds terms */
     int rows;       /* most of a Jacobian */
     int dofs;       /* columns of Z */
     kt_inverse_terms of_tree;

@@ -9,7 +9,7 @@
  * about the point of the last end. */
 typedef struct kt_effect_dof {
     kt_v4 s[2], psi[2];
-    size_t v;      /* its coordinate */
+    size_t v;      /* index of the velocity coordinate */
     int32_t index; /* in the order of the links */
     int32_t first; /* the first of its node */
     int32_t end;

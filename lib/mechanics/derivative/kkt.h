@@ -52,7 +52,7 @@ enum { KT_KKT_LANES = 8 };
 
 typedef struct kt_kkt_sizes {
     size_t links, v, rows, groups;
-    size_t steps, width;    /* of all fronts; the largest number of parameters */
+    size_t steps, width;    /* number of steps of all fronts; the largest number of parameters */
     size_t vectors, stride; /* the most of a front */
     size_t maps, kept;      /* numbers of the maps of all groups; the most kept of a front's energies */
 } kt_kkt_sizes;

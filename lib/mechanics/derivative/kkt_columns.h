@@ -100,10 +100,10 @@ KT_INLINE void pass_link(const columns *k, size_t i, link_pass *pass) {
 /* A group by fronts at one of its steps. */
 typedef struct front {
     kt_front f;
-    kt_kkt_map map; /* of the step s */
+    kt_kkt_map map; /* map of the step s */
     const kt_front_step *step;
     const kt_front_count *count;
-    column8 *found; /* of the step */
+    column8 *found; /* results of the step s */
     int s, base, components;
 } front;
 

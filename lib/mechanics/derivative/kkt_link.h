@@ -39,7 +39,7 @@ KT_INLINE double *kt_kkt_map_find(const kt_front_count *c, int base, double *at,
     return at;
 }
 
-/* The same of a group by dense matrices: `free`, `least_step` and `pull`. */
+/* Returns the end of the map of a group by dense matrices: `free`, `least_step` and `pull`. */
 KT_INLINE double *kt_kkt_group_map_find(const kt_group_work *w, int rank, double *at, kt_kkt_map *map) {
     const size_t m = (size_t)w->m;
     map->free = at, at += m * (m - (size_t)rank);

@@ -47,10 +47,10 @@ typedef struct kt_linearized {
     size_t n, p;
     bool dense;               /* with loops: Q, R and Q' M Z are computed */
     bool estimates;           /* next to singular positions `error` is estimated; false: they are rejected */
-    double error;             /* of derivatives by positions, over the coordinates' units; 0 if no singular position is
-                               * near */
-    kt_jacobian_qr qr;        /* of A, in `factors` */
-    kt_derivative_work terms; /* of the tree, in `tree` */
+    double error;             /* error of derivatives by positions, over the coordinates' units; 0 if no singular
+                                 position is near */
+    kt_jacobian_qr qr;        /* factors of A, in `factors` */
+    kt_derivative_work terms; /* terms of the tree, in `tree` */
     double *mass, *d_q, *d_v; /* M, D by positions and by velocities: n x n, where `terms` has them */
     KT_ARENA_DECLARE(KT_STIFFNESS_FIELDS)
 } kt_linearized;

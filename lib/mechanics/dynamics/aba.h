@@ -411,7 +411,7 @@ KT_INLINE void kt_link_respond(const kt_model *model, kt_data *data, size_t i, k
     }
 }
 
-/* The same of a link that may have armature. */
+/* Computes the acceleration of a link that may have armature. */
 static __attribute__((noinline, unused)) void kt_link_respond_armature(const kt_model *model, kt_data *data, size_t i,
                                                                        kt_real1 *a) {
     const kt_link *link = &model->link[i];
@@ -476,7 +476,7 @@ KT_INLINE kt_elimination kt_eliminate_joint(const kt_model *model, kt_data *data
 }
 
 #ifdef KT_ISA
-/* The same of a link that may have armature. */
+/* Eliminates the joint of a link that may have armature. */
 static __attribute__((noinline, unused)) kt_elimination kt_eliminate_armature(const kt_model *model, kt_data *data,
                                                                               size_t i, const kt_real1 *tau,
                                                                               kt_articulated *x, void *context) {

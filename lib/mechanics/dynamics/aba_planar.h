@@ -87,7 +87,7 @@ KT_INLINE kt_condition kt_planar_project_prismatic(const kt_planar_link *link, c
     return has_inertia;
 }
 
-/* The same for any joint with armature, which adds only to S . U; U = [J; h] or (n, M u). */
+/* Projects for any joint with armature, which adds only to S . U; U = [J; h] or (n, M u). */
 KT_INLINE kt_condition kt_planar_project_armature(const kt_planar_link *link, const kt_planar_motion *m, kt_real1 tau,
                                                   kt_planar_inertia *x, kt_planar_response *response) {
     kt_condition has_inertia = kt_condition_true();
@@ -181,7 +181,7 @@ KT_INLINE kt_condition kt_planar_pass_revolute(const kt_planar_link *link, const
     return has_inertia;
 }
 
-/* The same for a prismatic joint. x is passed by value and the function is not inlined, so that x can stay in registers
+/* Passes a prismatic joint. x is passed by value and the function is not inlined, so that x can stay in registers
  * between revolute joints. */
 static __attribute__((noinline)) kt_planar_carried
 kt_planar_pass_prismatic(const kt_planar_link *link, const kt_planar_motion *m, kt_real1 tau, kt_planar_carried x,
@@ -291,7 +291,7 @@ KT_INLINE kt_elimination kt_planar_eliminate_joint(const kt_planar_link *link, c
     return kt_is_rejected(context, done) ? KT_ELIMINATION_SINGULAR : KT_ELIMINATION_PASSED;
 }
 
-/* The same of a link that may have armature. */
+/* Eliminates the joint of a link that may have armature. */
 static __attribute__((noinline, unused)) kt_elimination
 kt_planar_eliminate_armature(const kt_planar_link *link, const kt_planar_motion *m, const kt_real1 *tau,
                              kt_planar_carried *x, kt_planar_response *response, void *context) {

@@ -27,7 +27,7 @@ typedef struct kt_kernels {
     /* Motion of all links into data->motion, with positions and velocities; accelerations without gravity. Returns 0 if
      * all of it is finite, otherwise the first link whose motion is not. */
     size_t (*kinematics)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a);
-    /* The same if the data already hold the poses of q, from any recursion or projection at q; the bits are equal. */
+    /* As `kinematics`, if data already hold the poses of q, from any recursion or projection; the bits are equal. */
     size_t (*follow)(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a);
     /* Motion of the links that carry forces. */
     void (*force_links)(const kt_model *model, kt_data *data, const double *q, const double *v);

@@ -83,7 +83,7 @@ typedef struct kt_dof_batch {
 } kt_dof_batch;
 
 typedef struct kt_derivative_link {
-    int32_t last;                   /* its last node */
+    int32_t last;                   /* the link's last node */
     kt_v4 origin, velocity, linear; /* the origin, its velocity; linear: the spatial acceleration's part */
     kt_articulated inertia;         /* [J H; G M], and in moment and force F^C */
     kt_v4 bn[3], bf[3];             /* 2B by columns */
@@ -115,7 +115,7 @@ static inline size_t kt_batches(const kt_counts *n) { return (n->v + KT_LANES - 
 
 typedef struct kt_derivative_work {
     size_t nodes;
-    int32_t dofs;  /* of the nodes so far, while they are made */
+    int32_t dofs;  /* number of the nodes' degrees of freedom so far, while they are made */
     bool branched; /* some node branches */
     KT_ARENA_DECLARE(KT_DERIVATIVE_FIELDS)
 } kt_derivative_work;

@@ -121,7 +121,7 @@ typedef enum kt_dof_kind { KT_DOF_ROTATION, KT_DOF_TRANSLATION, KT_DOF_SCREW } k
 typedef struct kt_dof {
     kt_dof_kind kind;
     int index;  /* among those of the link */
-    bool first; /* of its kind */
+    bool first; /* the first degree of freedom of its kind */
     kt_real3 u;
     double pitch; /* p */
 } kt_dof;
@@ -197,7 +197,7 @@ KT_INLINE void kt_dofs_visit(const kt_link *link, const kt_real3 parent[3], cons
 }
 
 #ifndef KT_LANES
-/* The same of link i, from the kinematics of all links. */
+/* Visits the degrees of freedom of link i, with the kinematics of all links. */
 KT_INLINE void kt_link_dofs_visit(const kt_model *model, const kt_link_kinematics *links, size_t i, kt_dof_visit *visit,
                                   void *context) {
     kt_v4 axes[3], parent[3];

@@ -20,7 +20,7 @@ enum {
 
 typedef struct kt_factor_sizes {
     size_t v, link;
-    size_t number; /* of all rows, rounded up */
+    size_t number; /* numbers of all rows, rounded up */
     size_t path;   /* the longest row and one more, rounded up */
 } kt_factor_sizes;
 
@@ -39,9 +39,9 @@ typedef struct kt_factor_sizes {
 struct kt_mass_factor {
     void *owned; /* memory of kt_mass_factor_create, or NULL */
     const kt_model *model;
-    const struct kt_factor_kernels *kernels; /* of the model's instruction set */
+    const struct kt_factor_kernels *kernels; /* kernels for the model's instruction set */
     bool is_short;                           /* no row is longer than KT_FACTOR_SHORT */
-    bool is_factored;                        /* it holds factors */
+    bool is_factored;                        /* the object holds factors */
     KT_ARENA_DECLARE(KT_FACTOR_FIELDS)
 };
 

@@ -28,13 +28,13 @@
 /* The sums of a link: first the motion and terms of the link alone. The backward pass adds the sums of all links that
  * it carries. */
 typedef struct kt_gradient_link {
-    kt_real3 velocity, linear; /* of the origin; the spatial acceleration's part, minus gravity */
+    kt_real3 velocity, linear; /* velocity of the origin; the spatial acceleration's part, minus gravity */
     kt_real3 w[2];             /* W */
     kt_real3 h[2], f[2];       /* H, F */
     kt_real3 n, y;             /* N, Y */
 } kt_gradient_link;
 
-/* The same in a plane (rnea_gradient_planar.c); velocity and u: of the origin, along the motion and along w. */
+/* Sums of a link in a plane (rnea_gradient_planar.c); velocity and u: of the origin, along the motion and along w. */
 typedef struct kt_planar_gradient_link {
     kt_real2 velocity, u, force, p; /* F, P */
     kt_real1 w, moment, spin;       /* angular velocity along w; moments of F and P about the origin */

@@ -24,12 +24,12 @@ KT_INLINE kt_real2 kt_planar_sum(kt_real2 e, kt_real1 x, kt_real1 y) {
     return kt_add2(kt_scale2(x, e), kt_scale2(y, kt_across2(e)));
 }
 
-/* The same of a vector of the model. */
+/* kt_planar_sum for a vector of the model. */
 KT_OPERATOR kt_real2 kt_planar_sum_of(kt_real2 e, const double u[2]) {
     return kt_planar_sum(e, kt_real1_splat(u[0]), kt_real1_splat(u[1]));
 }
 
-/* The same of a vector of a link. */
+/* kt_planar_sum for a vector of a link. */
 KT_OPERATOR kt_real2 kt_planar_const_sum(kt_real2 e, const kt_const1 u[2]) {
     return kt_planar_sum(e, kt_const_real1(u[0]), kt_const_real1(u[1]));
 }

@@ -20,9 +20,9 @@ typedef enum kt_gap_form {
 typedef struct kt_gap_source {
     const kt_effect_record *effect;
     const kt_link *link; /* whose coordinates alone its gap depends on; NULL: the gap is that of frames */
-    int32_t q, v;        /* of these coordinates */
+    int32_t q, v;        /* first indices of these coordinates */
     kt_gap_form form;
-    int32_t count;   /* of the first one of a row, how many there are (row_goes_on in gaps.c) */
+    int32_t count;   /* for the first effect of a row: how many there are (row_goes_on in gaps.c) */
     double farthest; /* distance of a point from its link's origin; of the first one of a row, the largest of all; m */
     double offset;   /* distance of the plane along its normal, from the origin of its link or of free coordinates; m */
 } kt_gap_source;

@@ -8,7 +8,7 @@
 typedef struct kt_relative_motion {
     double position, rate;
     double counted;        /* the sum over the links that count turns */
-    kt_vec3 moment, force; /* of a unit force: on the second end, about its point */
+    kt_vec3 moment, force; /* moment and force of a unit force: on the second end, about its point */
 } kt_relative_motion;
 
 /* The coordinate in which an effect acts, of its ends in a state. */

@@ -62,7 +62,7 @@ typedef struct kt_slip_island {
     int32_t index;   /* kt_group.island */
     size_t first, n; /* in `order` */
     bool is_slow;    /* some slip is slow: */
-    bool found;      /* their directions are found */
+    bool found;      /* directions of the island's slow slip are found */
     double unit;
 } kt_slip_island;
 
@@ -70,21 +70,21 @@ typedef struct kt_slip_problem {
     bool responds;     /* responses to unit forces are known: */
     bool is_known;     /* the last evaluation with normal forces left what responses follow from */
     bool has_friction; /* the last accelerations contain friction: */
-    kt_status status;  /* of its normal forces, */
+    kt_status status;  /* status of the evaluation of normal forces, */
     double t;          /* at this time, */
     kt_error *error;   /* and with this error */
     bool found;        /* all directions of slow slip are found */
     bool wide;         /* predictions have the length of fixed steps (slip_prediction.c) */
     double slow_time;  /* an input of simulations: tau0 of adaptive steps, s */
     size_t wedged;     /* the contact that friction wedged in the last evaluation; n: none */
-    size_t per;        /* of each contact one, along e, or two, along both axes */
+    size_t per;        /* directions of each contact: one, along e, or two, along both axes */
     size_t islands;
     kt_slip_island *at; /* the present one, of the arrays with room for `most` contacts */
-    double *W_at;       /* its part of W */
+    double *W_at;       /* the present island's part of W */
     kt_coulomb *c;
     kt_coulomb_solution *all, *held;
     kt_coulomb_solution to;      /* the part of `all` of the present island */
-    const kt_loop_record *loops; /* of the model whose contacts are in `contact`, */
+    const kt_loop_record *loops; /* loops of the model whose contacts are in `contact`, */
     const kt_effect_record *effects;
     uint64_t slips; /* and its kt_model.slips */
     KT_ARENA_DECLARE(SLIP_FIELDS)
@@ -148,7 +148,7 @@ void kt_slip_find_rates(const kt_model *model, kt_data *data, const double *q, c
 /* Returns tau of slip that grows, or 0 if the contact is not slow or has not begun to slip in a direction that is set.
  * *grows: by which factor the part of (s + tau s') / tau along s grows faster than s (slip_prediction.c). */
 double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows);
-/* The same of slip of this speed, with these tau0 and s0. */
+/* Returns tau of slip of this speed that has these tau0 and s0. */
 double kt_slip_time_at_speed(double speed, double tau0, double s0);
 
 /* Writes predicted directions of slow slip to p->to.e, for the present island. Its W and its rates without friction are

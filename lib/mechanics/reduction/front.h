@@ -123,7 +123,7 @@ typedef struct kt_front {
     int32_t *live, live_count;      /* holders of slots in use: links', then relations', then delayed equations' */
 #endif
     kt_group_work w;             /* right-hand sides, scales, wrenches and multipliers of the group's equations */
-    int components;              /* of an acceleration: 3 or 6 */
+    int components;              /* components of an acceleration: 3 or 6 */
     int width, stride;           /* from one vector to the next: in slots, in H */
     kt_real1 *link_acceleration; /* T': the acceleration in a slot for each parameter, a vector a component */
     kt_real1 *constant;          /* t: its constant part, a number a component; in multipliers, the wrench on the
@@ -131,11 +131,11 @@ typedef struct kt_front {
     kt_real1 *copy;              /* the vectors of T' that are not zero, while coupled parameters are found */
     kt_real1 *speed;             /* the largest angular and linear speed of a slot's link, for sizes of terms */
     kt_real1 *energy, *pull;     /* H by columns, and g */
-    kt_real1 *size;              /* of the terms of H's diagonal: a pivot not above their rounding is no inertia */
+    kt_real1 *size;              /* size of the terms of H's diagonal: a pivot not above their rounding is no inertia */
     kt_real1 *z;                 /* (A, p) while substituting back; scales of reflectors; in multipliers c */
     kt_real1 *spare;             /* a reflector in full, or the right-hand sides of the equations of a step */
     kt_real1 *product;           /* H times a reflector; the links' T with A in front */
-    double **kept;               /* of kt_front_aim */
+    double **kept;               /* work of kt_front_aim */
 } kt_front;
 
 /* Whether the planar kernels have filled a group's equations. */

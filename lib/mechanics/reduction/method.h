@@ -63,7 +63,7 @@ typedef struct kt_reduction_kind {
     void (*multipliers)(const kt_group_work *w, int rank, double *g, double *lambda);
 } kt_reduction_kind;
 
-/* The same method, compiled for each instruction set. */
+/* A method, compiled for each instruction set. */
 struct kt_reduction_method {
     const kt_reduction_kind *baseline, *v3, *v4;
 };
