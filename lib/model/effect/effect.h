@@ -51,15 +51,15 @@ typedef kt_effect_balance kt_effect_power;
 typedef struct kt_effect_jacobian {
     kt_vec3 moment, force;
     bool at_point; /* a force alone, of displacement and velocity alone: of both matrices only [1][1] is set */
-    kt_mat3 stiffness[2][2]; /* of moment, force: by rotation, displacement */
-    kt_mat3 damping[2][2];   /* of moment, force: by angular velocity, velocity */
+    kt_mat3 stiffness[2][2]; /* derivatives of moment, force: by rotation, displacement */
+    kt_mat3 damping[2][2];   /* derivatives of moment, force: by angular velocity, velocity */
 } kt_effect_jacobian;
 
 /* The gap of an effect that acts only on one side of a boundary (a contact, a stop): the distance to this boundary. */
 typedef struct kt_gap {
     double distance;  /* m or rad; below 0: it acts */
     double rate;      /* d(distance)/dt */
-    kt_vec3 velocity; /* of the approaching point, in any axes that are at rest relative to the boundary */
+    kt_vec3 velocity; /* velocity of the approaching point, in any axes that are at rest relative to the boundary */
     double turn;      /* rad/s; of these axes relative to the approaching body */
 } kt_gap;
 
@@ -103,7 +103,7 @@ typedef struct kt_effect_kind {
     kt_gap (*joint_gap)(const kt_effect_record *effect, double q, double v);
     /* The highest derivative of its functions of time that the force depends on; 0: their values alone. */
     int derivatives;
-    bool stores_none; /* it has no potential energy: balance.energy is 0 in every state */
+    bool stores_none; /* the effect has no potential energy: balance.energy is 0 in every state */
 } kt_effect_kind;
 
 /* a b' */

@@ -9,7 +9,7 @@
 #include "base/isa.h"
 
 #ifdef KT_LANES
-typedef kt_real3 kt_vector; /* of which loop.h makes ends and rows of several states */
+typedef kt_real3 kt_vector; /* the vector of several states from which loop.h makes ends and rows */
 #endif
 
 #include "loop/loop.h"

@@ -76,8 +76,8 @@ typedef enum kt_loop_part {
 typedef struct kt_loop_kind {
     int rows; /* the most that evaluate writes; 0: a relation of joint positions, which is one row */
     unsigned char part[KT_LOOP_ROW_MAX]; /* kt_loop_part of each row, or none at all */
-    bool initial_angle;                  /* it reads the angle about the axis in the given positions */
-    bool initial_distance; /* its function, if not given, is the distance of the ends in the given positions */
+    bool initial_angle;                  /* the loop reads the angle about the axis in the given positions */
+    bool initial_distance; /* the loop's function, if not given, is the distance of the ends in the given positions */
     /* How many rows a loop has; NULL: all. Numbers of its own that it needs; NULL: none. Both of a checked loop. */
     int (*row_count)(const kt_loop *loop);
     size_t (*number_count)(const kt_loop *loop);

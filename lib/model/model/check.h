@@ -29,7 +29,7 @@ enum { KT_BODY_WORLD = -1, KT_BODY_UNKNOWN = -2 };
 #define KT_INERTIA_LEAST 1e-150
 enum {
     KT_COUNT_MOST = 100000000
-}; /* of bodies, markers, loops, effects: indices are ints, and stay far below INT_MAX */
+}; /* limit of bodies, markers, loops, effects: indices are ints, and stay far below INT_MAX */
 
 typedef struct kt_checker {
     const kt_description *description;
@@ -40,8 +40,8 @@ typedef struct kt_checker {
     bool set;       /* a number of an existing item is being set: a zero or infinite value is intended, not forgotten */
     kt_error first; /* the first fault; code KT_OK: none yet */
     kt_names names;
-    int *parent;    /* of each body: index, KT_BODY_WORLD or KT_BODY_UNKNOWN */
-    int *mark;      /* of each body: scratch for the rules that need it */
+    int *parent;    /* parent of each body: index, KT_BODY_WORLD or KT_BODY_UNKNOWN */
+    int *mark;      /* for each body: scratch for the rules that need it */
     int stamp;      /* the last value that was used in mark */
     int64_t effort; /* operations that suggestions may still take */
 } kt_checker;
@@ -70,14 +70,14 @@ int kt_checker_marker_count(const kt_body *body);
 /* Whether the magnitude of a value is at most KT_NUMBER_MOST; false for NaN. */
 bool kt_number_is_fine(double value);
 
-/* The same rule, with a report. Messages name the number FIELD SUFFIX [component]; suffix "" and component -1 add
- * nothing. */
+/* Checks the magnitude as kt_number_is_fine does, and reports. Messages name the number FIELD SUFFIX [component];
+ * suffix "" and component -1 add nothing. */
 bool kt_checker_value(kt_checker *checker, const char *field, int sub, const char *suffix, int component, double value);
 bool kt_checker_values(kt_checker *checker, const char *field, int sub, const char *suffix, const double *values,
                        int count);
 bool kt_checker_number(kt_checker *checker, const char *field, double value);
 bool kt_checker_vector(kt_checker *checker, const char *field, int sub, const char *suffix, kt_vec3 value);
-/* The same rule, and > 0, or >= 0. */
+/* Check the magnitude, and that the value is > 0, or >= 0. */
 void kt_checker_positive(kt_checker *checker, const char *field, double value);
 bool kt_checker_not_negative(kt_checker *checker, const char *field, const char *suffix, double value);
 /* A direction must be finite and not zero. */
@@ -90,8 +90,8 @@ void kt_checker_rotation(kt_checker *checker, const char *field, int sub, const 
 
 /* `field` is the key of the function. KT_FUNCTION_NONE is valid. */
 bool kt_checker_function(kt_checker *checker, const char *field, const kt_function *function);
-/* The same, and the function must be > 0 at all times. The check uses a lower bound that needs no evaluation: the value
- * at t = 0 for a polynomial, the values of the rows for a table. */
+/* Checks a function that must also be > 0 at all times. The check uses a lower bound that needs no evaluation: the
+ * value at t = 0 for a polynomial, the values of the rows for a table. */
 void kt_checker_positive_function(kt_checker *checker, const char *field, const kt_function *function);
 
 /* ---- check_name.c ------------------------------------------------------------------------------------------------ */
@@ -104,7 +104,7 @@ void kt_checker_name(kt_checker *checker, int scope, const char *list, const cha
 int kt_checker_body(kt_checker *checker, const char *field, int sub, const char *what, const char *name);
 /* Returns the index of the body that has the joint, or KT_BODY_UNKNOWN after reporting that there is none. */
 int kt_checker_joint(kt_checker *checker, const char *field, int sub, const char *name);
-/* The same for a joint that must have one coordinate. */
+/* Returns the index as kt_checker_joint does, for a joint that must have one coordinate. */
 int kt_checker_scalar_joint(kt_checker *checker, const char *field, int sub, const char *name);
 /* Checks the name of the coordinate in which an effect acts (model/relative.h). */
 void kt_checker_coordinate(kt_checker *checker, const char *field, const char *text);
@@ -117,7 +117,7 @@ int kt_checker_end(kt_checker *checker, const char *field, int sub, const kt_end
 /* Checks the members of an item to which the keys of its type refer. `standard` is the default struct of such an item.
  * Two ends must lie on two bodies. */
 void kt_checker_keys(kt_checker *checker, const kt_descriptor *descriptor, const void *object, const void *standard);
-/* The same for one key that refers to numbers. */
+/* Checks the members to which one key of numbers refers. */
 void kt_checker_key(kt_checker *checker, const kt_key *key, const void *object, const void *standard);
 
 #endif

@@ -13,7 +13,7 @@
 typedef struct kt_formula_names {
     const kt_description *description;
     int ends;
-    const char *coordinate;                        /* of a loop, in which the effect acts; NULL: none */
+    const char *coordinate;                        /* coordinate of a loop, in which the effect acts; NULL: none */
     kt_variable variable[KT_FORMULA_VARIABLE_MAX]; /* type may be KT_VARIABLE_LENGTH, KT_VARIABLE_SPEED */
     int count;
     bool full;       /* there are more */

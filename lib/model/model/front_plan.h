@@ -17,14 +17,14 @@ typedef struct kt_front_step {
     int32_t loop, loop_count;         /* in model->front_loop: the loops that are complete with this link */
     int32_t term, term_count;         /* in model->front_term: the terms of relations on this link's coordinate */
     int32_t last_use, last_use_count; /* in model->front_last_use: steps of links on which nothing depends any more */
-    size_t at;                        /* its first number among the group's matrices */
+    size_t at;                        /* the step's first number among the group's matrices */
 } kt_front_step;
 
 /* A term of a relation of joint positions, whose equation is collected term by term. */
 typedef struct kt_front_term {
     int32_t loop, term; /* in model->loop, model->term */
-    int32_t slot;       /* of the equation, after those of the links */
-    bool first;         /* of the relation's terms, in the order of the steps */
+    int32_t slot;       /* slot of the equation, after those of the links */
+    bool first;         /* the first of the relation's terms, in the order of the steps */
 } kt_front_term;
 
 /* A group's plan. */
@@ -35,7 +35,7 @@ typedef struct kt_front_plan {
     int32_t width, stride;    /* the largest number of parameters, without and with the parent's, in whole lanes */
     size_t vectors;           /* in slots, of an acceleration's components and of equations */
     size_t shared;            /* where the arrays that all steps share begin among the group's matrices */
-    size_t count;             /* of the numbers that it needs in the data */
+    size_t count;             /* number of the numbers that the plan needs in the data */
 } kt_front_plan;
 
 /* The number of components of an acceleration in space; in a plane, half as many. The number of equations that

@@ -45,7 +45,7 @@ double kt_curve_speed(const kt_curve *curve, const double *numbers, double t);
 /* A breakpoint: a time at which a derivative jumps. */
 typedef struct kt_breakpoint {
     double time; /* HUGE_VAL: there is none */
-    int order;   /* of the lowest derivative that jumps, from 0 for the value; above 2: a higher one, or none */
+    int order;   /* the lowest derivative that jumps, from 0 for the value; above 2: a higher derivative, or none */
 } kt_breakpoint;
 
 /* At breakpoints above this order, no derivative of interest jumps. Steps end at such breakpoints to resolve the shape

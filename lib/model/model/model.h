@@ -27,13 +27,13 @@ typedef struct kt_counts {
     size_t loaded;     /* friction of joints from a load (evaluate/load_friction.c) */
     size_t load;       /* loops whose wrenches have parts that do no work (kt_loop_kind.load) */
     size_t slip_work;  /* bytes of the scratch memory with which their directions are found (evaluate/slip.c) */
-    size_t island_side, island_v, island_row; /* of an island, the most: contacts and stops, coordinates, equations */
+    size_t island_side, island_v, island_row; /* the most of an island: contacts and stops, coordinates, equations */
     size_t stress;                            /* bytes of the self-stresses of redundant groups */
     size_t dense;                             /* numbers that the groups' matrices take in the data */
     size_t island;
-    size_t entry; /* of the equations of all groups, each over the coordinates of its group (kt_loop_entries) */
+    size_t entry; /* entries of the equations of all groups, each over the coordinates of its group (kt_loop_entries) */
     size_t batch, force_link, force_link_angle, variable, time_part, x;
-    size_t path_point, path_link; /* of effects along paths: points, and links */
+    size_t path_point, path_link; /* for effects along paths: points, and links */
     size_t gravity;               /* variables of formulas that are gravity forces */
     size_t varying;               /* bodies whose mass is a function of time */
     size_t massless;              /* velocity coordinates that follow from the balance of forces */
@@ -180,11 +180,11 @@ struct kt_model {
     kt_structure structure;
     unsigned excluded_forms;
     kt_sweep sweep;      /* which links there are: spatial, planar or both */
-    double length;       /* of the longest loop, once around: the scale of lengths */
+    double length;       /* length of the longest loop, once around: the scale of lengths */
     double tolerance;    /* that of the description: by which loops may contradict each other (compile/rank.c) */
     double disagreement; /* by which they do, with the increase that motion may cause; 0: they do not */
     double rounding;     /* relative gaps that given lengths leave by their rounding (assembly/rounding.h) */
-    bool exceeds_caches; /* it has more than KT_LINKS_NEAR links */
+    bool exceeds_caches; /* the model has more than KT_LINKS_NEAR links */
     bool ordered;        /* velocity coordinates have the order of the links */
     bool driven;         /* some loop depends on time, or drives at a constant speed */
     bool has_delassus;   /* some group is solved by reduction/delassus.h */
@@ -309,7 +309,7 @@ typedef struct kt_articulated {
         struct {
             kt_real3 j[3], g[3], m[3];
         };
-        kt_real3 gain[12]; /* of a joint with armature that has been eliminated (kt_armature_gain) */
+        kt_real3 gain[12]; /* for a joint with armature that has been eliminated (kt_armature_gain) */
     };
     kt_real3 moment, force;
 } kt_articulated;
@@ -480,7 +480,7 @@ typedef struct kt_passage {
 /* The data in code that is compiled for lanes: the arrays that the recursions write. */
 struct kt_data {
     bool has_external;    /* as below */
-    kt_condition sound;   /* of each lane: no joint is without inertia */
+    kt_condition sound;   /* for each lane: no joint is without inertia */
     const kt_model *base; /* the model that `model` is a copy of; NULL: none yet */
     KT_ARENA_DECLARE(KT_LANE_FIELDS)
 };
@@ -503,7 +503,7 @@ struct kt_data {
     kt_crossings crossings; /* since the last call of kt_data_crossings */
     kt_passage passage;
     kt_iterations iterations;   /* since the last call of kt_data_iterations */
-    kt_iterations closing;      /* of the last projection alone */
+    kt_iterations closing;      /* counts of the last projection alone */
     double difference_error;    /* since the last call of kt_data_difference_error */
     double correction, fastest; /* the largest change of a velocity by the last projection, and the largest velocity of
                                    these coordinates, each over model->unit, 1/s */
@@ -516,7 +516,7 @@ struct kt_data {
     /* Called once between the passes of the next accelerations, when groups have their multipliers; or NULL. */
     void (*between)(const kt_model *model, struct kt_data *data);
     KT_ARENA_DECLARE(KT_DATA_FIELDS)
-    size_t bytes; /* of its memory */
+    size_t bytes; /* bytes of the data's memory */
 };
 
 /* kt_data_init for an owner that follows contacts, as simulations do. */

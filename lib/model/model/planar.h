@@ -36,21 +36,21 @@ typedef struct kt_planar_link {
     kt_const1 at[2];     /* origin of the joint frame relative to the parent's origin, at q = 0 */
     kt_const1 along[2];  /* prismatic: direction, at q = 0 */
     kt_const1 moment[2]; /* first moment m c, at q = 0 */
-    kt_const1 inertia;   /* of all bodies on the link, about n through its origin */
+    kt_const1 inertia;   /* inertia of all bodies on the link, about n through its origin */
     kt_const1 mass;
     kt_const1 size; /* as in kt_link */
     kt_const1 sign; /* revolute: 1 about n, -1 about -n */
     kt_const1 armature;
     int32_t parent; /* planar index */
     int32_t group;  /* the constraint group that it is part of, or -1 */
-    int32_t local;  /* its coordinate among the group's */
+    int32_t local;  /* the link's coordinate among the group's */
     int32_t q, v;
     int32_t angle;                 /* among the sines and cosines of the planar links */
-    int32_t end;                   /* of the planar links that it carries: the last planar index */
+    int32_t end;                   /* the last planar index among the links that this link carries */
     bool revolute;                 /* about n; otherwise prismatic */
     bool follows, branches, leads; /* as in kt_link */
-    bool first_of_group;           /* it is the first of its group */
-    bool carries_others;           /* it carries links that are not of its group */
+    bool first_of_group;           /* the link is the first of its group */
+    bool carries_others;           /* the link carries links that are not of its group */
 } kt_planar_link;
 
 /* For transforming a planar link to the world. */
@@ -63,7 +63,7 @@ typedef struct kt_planar_rest {
 typedef struct kt_planar_motion {
     union {
         struct {
-            kt_real1 c, s; /* of its angle relative to q = 0 */
+            kt_real1 c, s; /* cosine, sine of the angle relative to q = 0 */
         };
         kt_real1 rotation[2];
     };

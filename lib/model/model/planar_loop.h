@@ -45,12 +45,12 @@ typedef struct kt_planar_loop {
     int32_t link[2];  /* planar indices of the links of the ends */
     int32_t ancestor; /* planar index of the link that carries both */
     double c, s;      /* cosine, sine of the angle between the ends' directions (from end 1) at q = 0 */
-    double height;    /* of point 2 over point 1 */
+    double height;    /* height of point 2 over point 1 */
     int32_t count;    /* rows in the plane; they come first */
     int32_t vanishing_count;
     int32_t placed; /* the place of an end has been set (compile/loop_place.c); then, as compiled: */
     double c0, s0, e0[KT_PLANAR_ROW_MAX][2];
-    kt_mat3 axes0; /* of this end's frame */
+    kt_mat3 axes0; /* axes of this end's frame */
     kt_planar_row row[KT_PLANAR_ROW_MAX];
 } kt_planar_loop;
 

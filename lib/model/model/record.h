@@ -37,27 +37,27 @@ typedef struct kt_link_rest {
  * of these numbers is a vector of lanes (batch/interleave.h). */
 typedef struct kt_link {
     kt_const3 at;          /* origin of the joint frame in the parent link's frame */
-    kt_const_sym3 inertia; /* of all bodies on the link, about its origin, link axes */
+    kt_const_sym3 inertia; /* inertia of all bodies on the link, about the link's origin, link axes */
     kt_const3 moment;      /* first moment m c, link axes */
     kt_const1 mass;
     kt_const1
         size; /* rounding errors of its articulated inertia along its degrees of freedom are proportional to this */
     int32_t parent;
     int32_t q, v;         /* first coordinate */
-    int32_t angle;        /* its index among the sines and cosines */
+    int32_t angle;        /* the joint's index among the sines and cosines */
     int32_t body;         /* the body whose joint it is part of */
     int32_t group;        /* the constraint group that it is part of, or -1 */
-    int32_t local;        /* its first coordinate among the group's */
-    int32_t rest;         /* its kt_link_rest, as many numbers after this record (kt_link_rest_of); 0: none */
-    int32_t articulated;  /* its index among the articulated inertias, if it has one */
-    int32_t end;          /* of the degrees of freedom that it carries, in the order of the links: one past the last */
+    int32_t local;        /* the link's first coordinate among the group's */
+    int32_t rest;         /* the kt_link_rest lies so many doubles after this record (kt_link_rest_of); 0: none */
+    int32_t articulated;  /* the link's index among the articulated inertias, if it has one */
+    int32_t end;          /* one past the last degree of freedom that the link carries, in the order of the links */
     uint8_t motion;       /* kt_motion */
     uint8_t axis;         /* 0, 1, 2 */
-    bool rest_is_rotated; /* its axes at rest are not the parent's */
-    bool follows;         /* its parent is the link before it */
+    bool rest_is_rotated; /* the link's axes at rest are not the parent's */
+    bool follows;         /* the link's parent is the link before it */
     bool branches;        /* some child does not follow it directly */
     bool leads;           /* the next link is its child */
-    bool has_armature;    /* its joint has armature */
+    bool has_armature;    /* the link's joint has armature */
 } kt_link;
 
 /* Returns the record at rest of a link with such a record (`rest` is not 0). The array of these records follows that of
@@ -86,9 +86,9 @@ typedef struct kt_body_record {
     int32_t q, v;   /* first coordinate */
     int32_t source; /* index in the description */
     int32_t marker, marker_count;
-    int32_t limit;       /* of its joint, counted from 1; 0: none */
+    int32_t limit;       /* index of the joint's limits, counted from 1; 0: none */
     uint32_t name;       /* offset in the model's text */
-    uint32_t joint_name; /* likewise; equal to `name` where the joint has none of its own */
+    uint32_t joint_name; /* offset, too; equal to `name` where the joint has no name of its own */
     bool fixed; /* to the world: no degree of freedom between (compare/absolute.c: by the joints of the tree) */
     bool on_variable_link; /* a body on its link has a variable mass, perhaps this one */
 } kt_body_record;
@@ -99,7 +99,7 @@ enum { KT_MASS_CURVES = 7 };
 /* A body whose mass is a function of time; its record has the mass to which its inertia belongs. */
 typedef struct kt_mass_record {
     int32_t body;
-    bool has_moments;               /* its inertia is given; otherwise it is in proportion to the mass */
+    bool has_moments;               /* the body's inertia is given; otherwise it is in proportion to the mass */
     kt_curve curve[KT_MASS_CURVES]; /* the mass, and xx, yy, zz, xy, xz, yz */
 } kt_mass_record;
 
@@ -121,12 +121,12 @@ typedef struct kt_loop_record {
     kt_vec3 origin;           /* positions on the paths are relative to it; in the ancestor's frame */
     int32_t ancestor;         /* the deepest link that carries both ends (or all joints) */
     int32_t path[2];          /* in model->path: the links from the ancestor's child to the end's link */
-    int32_t length[2];        /* of the paths */
+    int32_t length[2];        /* numbers of links on the paths */
     int32_t term, term_count; /* relations: in model->term; -1 terms: it is switched off */
     int32_t group;            /* -1: it is switched off */
     double around;            /* length of a loop between frames, once around, at the initial positions */
     double disagreement[2];   /* with others: the largest residual that stays, a length and an angle */
-    int32_t equation;         /* its first row among those of all loops */
+    int32_t equation;         /* the loop's first row among those of all loops */
     int32_t row, row_count;   /* rows in its group: first, number */
     kt_curve curve;           /* distance: length; motion: position; coupling: offset; rates: rate; curve: arc length */
     double pitch, radius;
@@ -148,7 +148,7 @@ typedef struct kt_loop_record {
     double bearing[2]; /* angles of the line of the ends in their frames, without the ends' turns, at the start */
     double turned[2];  /* the ends' turns at the start */
     double sense;      /* 1, or -1 if the axes of the ends are opposite */
-    double phase[2];   /* of each row, at the start */
+    double phase[2];   /* phase of each row, at the start */
     double period;     /* after which residuals repeat; 0: never */
     double slope[3];   /* parting, axial and tangential force of teeth for each unit of the multiplier */
     double tension;
@@ -158,14 +158,14 @@ typedef struct kt_loop_record {
     kt_vec3 axis[2]; /* axes of this joint */
 
     uint32_t name;                     /* offset in the model's text */
-    bool comes;                        /* it is off at first, and is switched on later */
+    bool comes;                        /* the loop is off at first, and is switched on later */
     bool released;                     /* a contact or friction that does not act by itself at first */
     int32_t side;                      /* kt_side */
-    double restitution, rest_velocity; /* of one that bounds a side */
-    bool poisson;                      /* likewise: its restitution is of impulses */
+    double restitution, rest_velocity; /* for a loop that bounds a side */
+    bool poisson;                      /* for a loop that bounds a side: its restitution is of impulses */
     int32_t friction;                  /* the effect whose sticking it is, from 1; 0: none */
-    int32_t rubs;                      /* of a contact with friction: its effect, from 1; 0: none */
-    int32_t slips;                     /* the same in models in which it is closed and slips (evaluate/slip.c) */
+    int32_t rubs;                      /* for a contact with friction: its effect, from 1; 0: none */
+    int32_t slips;                     /* that effect, in models in which the contact slips (evaluate/slip.c) */
 } kt_loop_record;
 
 /* Whether the loop is switched off. Such a loop is in no group, and has no rows. Its term_count is -1, as in a relation
@@ -224,22 +224,22 @@ typedef struct kt_group {
     int32_t v, v_count;              /* in model->group_v: the coordinates of these links, in their order */
     int32_t row, row_count;          /* in model->slot: its loops' equations */
     size_t entry;                    /* the first number of its equations among those of all groups */
-    int32_t count[KT_ROWS_COUNT];    /* of them that are not void */
-    int32_t rank[KT_ROWS_COUNT];     /* of them that are independent, at generic positions */
+    int32_t count[KT_ROWS_COUNT];    /* equations that are not void */
+    int32_t rank[KT_ROWS_COUNT];     /* equations that are independent, at generic positions */
     double usual[KT_ROWS_COUNT];     /* size of the last independent direction there, the largest seen */
     double least[KT_ROWS_COUNT];     /* the least size that the first direction counts as (constraint/group.h) */
     double tolerance[KT_ROWS_COUNT]; /* the size, relative to that, below which a direction is lost */
     kt_group_form form;              /* how it is eliminated (compile/form.c) */
-    kt_group_form damped_form;       /* of damped steps: DENSE, FRONT or DELASSUS */
+    kt_group_form damped_form;       /* form for damped steps: DENSE, FRONT or DELASSUS */
     kt_form_reason reason;           /* why it has this form */
     bool has_armature;               /* a joint of it has */
-    bool balanced;                   /* its equations are solved in the units of their rows and coordinates */
+    bool balanced;                   /* the group's equations are solved in the units of their rows and coordinates */
     kt_redundancy redundancy;        /* whether its reactions are unique (constraint/self_stress.h) */
     double stress_length;            /* by which moments are divided where they are not */
     size_t stress;                   /* first byte in data->stress */
     bool ranges;                     /* closed contacts may be solved in range space (reduction/half_columns.h) */
     size_t dense;                    /* first number in data->dense */
-    size_t at[KT_GROUP_MATRICES];    /* of each of its matrices, from there */
+    size_t at[KT_GROUP_MATRICES];    /* place of each of the group's matrices, from `dense` on */
     kt_front_plan front;
 } kt_group;
 
@@ -247,8 +247,8 @@ typedef struct kt_group {
  * or on bases that groups connect. A force in one island changes no acceleration in another. */
 typedef struct kt_island {
     int32_t v, v_count; /* in model->island_coordinate: the coordinates of all links on its bases */
-    int32_t side, dry;  /* its loops that bound a side, and its friction of joints that sticks */
-    int32_t rubs;       /* its contacts with friction, among those that bound a side */
+    int32_t side, dry;  /* numbers of loops that bound a side, and of friction of joints that sticks */
+    int32_t rubs;       /* number of contacts with friction, among those that bound a side */
 } kt_island;
 
 /* Numbers that are copied from a kt_effect to its record, under the same names. */
@@ -311,7 +311,7 @@ typedef struct kt_effect_record {
     int32_t type;          /* kt_effect_type */
     int32_t source;        /* index in the description */
     int32_t body[2];       /* on which the ends are */
-    int32_t link[2];       /* of joint effects: link[0] is the joint's */
+    int32_t link[2];       /* links of the ends; for joint effects, link[0] is the joint's */
     int32_t force_link[2]; /* the links' indices in model->force_link */
     int32_t ends;          /* 1 or 2; 0: a joint */
     uint32_t name;         /* offset in the model's text; 0: none */
@@ -332,13 +332,13 @@ typedef struct kt_effect_record {
     int32_t variable, variable_count; /* expression: in model->variable */
     kt_effect_law_callback *law;      /* expression: in place of formulas */
     kt_effect_law_derivatives_callback *law_derivatives;
-    int32_t law_rate;  /* of an auxiliary state: which of the law's rates is its own, from 1; 0: the force */
+    int32_t law_rate;  /* for an auxiliary state: which of the law's rates is its own, from 1; 0: the force */
     kt_curve curve[3]; /* motor, servo, joint_spring, thrust: one; force, torque: the components */
     kt_vec3 exhaust;   /* thrust */
     bool in_body;      /* force, torque: components in the end's axes */
     bool hard;         /* joint_limit, contact: loops are in its place */
     int32_t loop;      /* hard, or friction that sticks: the first of its loops */
-    int32_t loops;     /* their number */
+    int32_t loops;     /* number of these loops */
     bool disc;         /* contact: of the rim of a disc, not of a sphere */
     double direction;  /* sign of slip, for joint_friction that sticks; 0: it is smoothed */
     bool idle;         /* joint_friction that sticks or is released, in a mask: it exerts no force */
@@ -358,10 +358,10 @@ typedef struct kt_variable_record {
     int32_t type;       /* kt_variable_type, or one of these */
     int32_t q, v;       /* the coordinate of a joint: of positions q, and v the velocity that changes it */
     int32_t x;          /* an auxiliary state */
-    int32_t link;       /* of a marker; of a gravity force, the link that has this degree of freedom */
-    int32_t force_link; /* its index in model->force_link */
-    int32_t component;  /* of a marker */
-    kt_vec3 arm;        /* of a marker, from the link's origin, link axes */
+    int32_t link;       /* link of a marker; for a gravity force, the link that has this degree of freedom */
+    int32_t force_link; /* the link's index in model->force_link */
+    int32_t component;  /* component of a marker's motion */
+    kt_vec3 arm;        /* arm of a marker, from the link's origin, link axes */
 } kt_variable_record;
 
 /* Effects of one type that have the same number of ends; effects on joints come first. */
@@ -373,8 +373,8 @@ typedef struct kt_effect_batch {
 /* A link on which an effect has an end, or a link between such a link and the ground. */
 typedef struct kt_force_link {
     int32_t link, parent; /* the parent's index in model->force_link */
-    int32_t base;         /* its joint connects its tree with the ground; no bool: lanes compare
-                     all bytes */
+    int32_t base;         /* the joint connects the tree with the ground; no bool: lanes compare all
+                             bytes */
 } kt_force_link;
 
 #endif

@@ -37,7 +37,7 @@ int kt_relative_count(kt_loop_type type);
 
 /* "NAME", "NAME[k]" */
 typedef struct kt_coordinate_name {
-    size_t length; /* of NAME */
+    size_t length; /* length of NAME */
     int k;         /* 0 if it is not given; -1: the text is no such name */
     bool has_index;
 } kt_coordinate_name;

@@ -27,7 +27,7 @@ typedef struct kt_switches {
     uint64_t masked; /* bits of contacts whose sets have no models of their own; 0: all sets have */
     uint64_t back;   /* bits of effects: masked friction of joints that slips backwards, or with its loop is released.
                         No set with one of these has a model of its own */
-    int32_t loops, effects; /* of the description */
+    int32_t loops, effects; /* number of loops and effects of the description */
 } kt_switches;
 
 static const uint64_t kt_switches_any = (uint64_t)1 << 62, kt_switches_all = (uint64_t)3 << 62;
@@ -38,13 +38,13 @@ typedef struct kt_variants {
     size_t bytes;
     size_t data;       /* bytes of the largest data */
     uint64_t contacts; /* bits of hard contacts, stops and ropes, and of friction that sticks; 0: there are none */
-    uint64_t back;     /* of these, friction of joints that slips backwards */
+    uint64_t back;     /* bits of friction of joints that slips backwards, among `contacts` */
     bool placed;       /* in the caller's memory (kt_model_copy) */
     /* Rejects a state in which an open contact touches: kt_open_contacts_place (evaluate/open.h). */
     kt_status (*check_open)(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                             kt_error *error);
     kt_switches switches;
-    size_t at[]; /* of each model, from the beginning of the block */
+    size_t at[]; /* place of each model, from the beginning of the block */
 } kt_variants;
 
 /* The bits of switch k. Contacts without their own bit have both shared bits. */
