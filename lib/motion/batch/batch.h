@@ -32,7 +32,7 @@ typedef struct kt_batch_counts {
 
 typedef struct kt_batch_work {
     kt_batch *batch;
-    kt_data *data;                          /* of one state */
+    kt_data *data;                          /* data of one state */
     uint64_t in_lanes, alone_count, failed; /* as in kt_batch_report */
     const kt_model *put;                    /* whose numbers all lanes have, NULL if they differ; and its revision */
     uint64_t revision;
@@ -69,7 +69,7 @@ typedef struct kt_batch_group {
     size_t first; /* the number of lane 0 among all states */
     size_t used;
     kt_lane_mask live;     /* lanes that are computed: those that have not failed */
-    const kt_model *model; /* of a lane, that of all lanes but for their numbers; NULL: they are computed one by one */
+    const kt_model *model; /* model of a lane, equal in all lanes but for numbers; NULL: lanes are computed in turn */
     const double *q, *v, *x, *tau;
 } kt_batch_group;
 

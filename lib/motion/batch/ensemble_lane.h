@@ -16,16 +16,16 @@ typedef struct kt_ensemble_counts {
 /* A simulation that runs. */
 typedef struct kt_ensemble_lane {
     kt_ensemble_member member; /* without a simulation: none runs here */
-    uint64_t revision;         /* of its model, whose numbers the lane has */
+    uint64_t revision;         /* revision of the member's model, whose numbers the lane has */
     uint64_t begun;            /* the model's when the simulation began */
     kt_attempt attempt;
     kt_try tried;
     bool steps; /* within a step */
     kt_step_progress progress;
-    bool shares;      /* its records are computed in lanes, too */
+    bool shares;      /* the simulation's records are computed in lanes, too */
     bool holds;       /* the lanes hold the last try of its step: stages and states at both ends */
     kt_record record; /* the next one, where it shares them */
-    kt_status status; /* of records that were handed over */
+    kt_status status; /* status of records that were handed over */
     kt_error error;
 } kt_ensemble_lane;
 
@@ -55,11 +55,11 @@ typedef struct kt_ensemble_lane {
 struct kt_ensemble {
     void *owned; /* memory of kt_ensemble_create, or NULL */
     const kt_lane_kernels *kernels;
-    uint64_t shape; /* of the models */
+    uint64_t shape; /* kt_model.shape of the models */
     kt_ensemble_counts n;
     kt_ensemble_report report;
-    const kt_method *table; /* of the last try in lanes */
-    kt_error from;          /* of a call; it is of any text where that has succeeded */
+    const kt_method *table; /* method of the last try in lanes */
+    kt_error from;          /* error of a call; its text is arbitrary where the call has succeeded */
     KT_ARENA_DECLARE(KT_ENSEMBLE_FIELDS)
 };
 

@@ -86,11 +86,11 @@ typedef struct kt_contact {
  * contacts. */
 typedef struct kt_contact_island {
     const kt_island *of;
-    int row;                        /* its first row in the arrays of all rows */
-    size_t W;                       /* its first number in matrix_of_rows */
+    int row;                        /* the island's first row in the arrays of all rows */
+    size_t W;                       /* the island's first number in matrix_of_rows */
     int stored;                     /* W is stored if at most so many rows touch */
     int touching, meeting, resting; /* rows; the first `meeting` rows bound a side, */
-    int known;                      /* of time stepping: rows with a response */
+    int known;                      /* for time stepping: rows with a response */
     double approach;                /* the largest speed at which a gap closes */
     bool jams;                      /* an impulse without a collision has stopped slip */
 } kt_contact_island;
@@ -98,8 +98,8 @@ typedef struct kt_contact_island {
 typedef struct kt_contact_sizes {
     size_t n, nq, nv, rows, entry, data, inverse, islands;
     size_t list, W;                         /* rows that may touch, and numbers of W, of all islands */
-    size_t most_items, most_rows, most_dry; /* of an island: contacts and dry friction, rows, dry friction */
-    size_t factor;                          /* of an island: numbers of L */
+    size_t most_items, most_rows, most_dry; /* the most of an island: contacts and dry friction, rows, dry friction */
+    size_t factor;                          /* the most of an island: numbers of L */
     size_t most;                            /* items that have room in matrices */
     size_t whole;                           /* W of an island is stored if at most so many rows touch */
     size_t lemke;                           /* unknowns of a linear complementarity problem */
@@ -131,18 +131,18 @@ typedef struct kt_contact_retry {
 
 struct kt_contacts {
     int n, sides; /* the number of items; the first `sides` items bound a side, the others are friction */
-    int islands;  /* of `all` */
-    /* Of the selected island (kt_contacts_select): its rows in the arrays of all rows. Rows up to `resting` are
+    int islands;  /* number of islands of `all` */
+    /* For the selected island (kt_contacts_select): its rows in the arrays of all rows. Rows up to `resting` are
      * friction of joints, the others friction of contacts. */
     kt_contact_island *selected;
     int touching, meeting, resting;
     int *list, *component; /* the item of each row, and which of its rows */
     double *u;             /* rates */
-    double *W;             /* of the rows, or their diagonal */
+    double *W;             /* W of the rows, or their diagonal */
     uint64_t mask;         /* the switches of all items: contact_mask */
     uint64_t back;         /* the bits `back` among them */
     double speed, change;  /* at an event: roots of v'M v and a'M a */
-    uint64_t set;          /* of the values, like `at` */
+    uint64_t set;          /* kt_model.set of the values, as `at` is their state */
     size_t inverse_size;   /* bytes of inverse_memory */
     int most, whole;       /* items that have room in matrices; W is stored if at most `whole` rows touch */
     const kt_model *all;   /* the model of the equations, in which all contacts are closed */
@@ -156,14 +156,14 @@ struct kt_contacts {
     double window;          /* s, in which impacts accumulate; 0: they do not */
     bool rests;             /* impacts that accumulate have reached their limit: contacts that touch come to rest */
     bool jams;              /* friction wedges a contact that slips: an impulse stops it */
-    bool releases, holds;   /* likewise: it is released, or all that are held stick */
+    bool releases, holds;   /* friction wedges a contact: that one is released, or all that are held stick */
     bool present;           /* slow slip has its present directions in reactions, not predicted ones */
     bool holds_slow;        /* with `holds`: all are held that slip about as fast as `wedged`, or slower */
     bool frees;             /* contacts that are held at rest may slip, since no reactions hold them */
     int wedged;             /* this contact */
     bool strikes;           /* speeds of drives jump: contacts that are closed do not bounce */
     bool stops;             /* ends of slip accumulate: contacts that slip below their rest velocity come to rest */
-    kt_contact_retry retry; /* of the present step */
+    kt_contact_retry retry; /* tries of the present step */
     KT_ARENA_DECLARE(KT_CONTACT_FIELDS)
 };
 
@@ -246,8 +246,8 @@ const kt_loop_record *kt_contact_loop(const kt_simulation *simulation, int k);
 /* A row of J over the coordinates of its group; the others are zero. */
 typedef struct kt_contact_line {
     const kt_group *group;
-    int count;         /* of coordinates */
-    const int32_t *v;  /* these */
+    int count;         /* number of coordinates */
+    const int32_t *v;  /* indices of these coordinates */
     const double *row; /* the row of the loop's equation: J is `sign` times that */
     double sign;
 } kt_contact_line;
@@ -496,7 +496,7 @@ bool kt_contact_is_slipping(const kt_simulation *simulation, int k);
 /* The simulation runs on a model that was made during the run. Copies to this model the parameters that were set
  * since. */
 void kt_contacts_renew_model(const kt_simulation *simulation);
-/* The same, unless nothing has been set. Cost: a comparison of two revisions. */
+/* Calls kt_contacts_renew_model unless nothing has been set. Cost: a comparison of two revisions. */
 void kt_contacts_renew(const kt_simulation *simulation);
 /* Takes over parameters that were set, and reports a contact that has been beyond its boundary since the start. */
 KT_CHECKED kt_status kt_contacts_start(kt_simulation *simulation, kt_error *error);

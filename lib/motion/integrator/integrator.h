@@ -96,10 +96,10 @@ typedef struct kt_stage_term {
 typedef struct kt_integrator_sizes {
     size_t n;           /* equations */
     size_t stride;      /* doubles from one slope to the next */
-    bool owns_matrices; /* those of Newton's equations, n x n, are part of the memory of an implicit method */
+    bool owns_matrices; /* matrices of Newton's equations, n x n, are part of the memory of an implicit method */
     /* The sizes that the family determines. */
     size_t slots;       /* slopes: 2 or more, because the choice of the first step uses slot 1 */
-    size_t rows, terms; /* of the compiled table */
+    size_t rows, terms; /* sizes of the compiled table */
     size_t history;     /* numbers that belong to a checkpoint */
     size_t scratch;     /* bytes that are not preserved from one step to the next */
     size_t newton_rows; /* vectors of a try of an implicit method (kt_newton_row) */
@@ -114,7 +114,7 @@ typedef struct kt_integrator_sizes {
     X(double, previous_y, s->n, "state at previous_t")                                                                 \
     X(double, history, s->history, "what the family remembers of earlier steps; part of a checkpoint")
 
-/* These arrays are scratch: each call writes them before reading, or computes them again. */
+/* Arrays of scratch: each call writes them before reading, or computes them again. */
 #define KT_INTEGRATOR_SCRATCH(X)                                                                                       \
     X(double, trial, s->n, "states of the stages; state at the end of the try")                                        \
     X(char, scratch, s->scratch, "the family's")                                                                       \
@@ -152,7 +152,7 @@ struct kt_integrator {
     kt_integrator_options options;
     kt_integrator_callbacks callbacks;
     const kt_noise *noise; /* NULL: slopes are exact to rounding */
-    const kt_leap *leap;   /* of kt_method_moreau_jean; else NULL */
+    const kt_leap *leap;   /* steps of kt_method_moreau_jean, which the caller takes; else NULL */
     kt_integrator_memory memory;
     kt_integrator_sizes sizes;
     double error_order;        /* err ~ h^error_order */
@@ -273,7 +273,7 @@ static inline double kt_scale_of(double absolute, double relative, double y0, do
     return absolute + relative * (a > b ? a : b) + DBL_MIN;
 }
 
-/* The same with the tolerances of component i. */
+/* kt_scale_of with the tolerances of component i. */
 double kt_error_scale(const kt_integrator *it, size_t i, double y0, double y1);
 
 /* sqrt(mean(((u_i - v_i) / scale_i)^2)) with the scales of the current state; v may be NULL (zero). */
@@ -307,8 +307,8 @@ typedef struct kt_plan_of_try {
 /* Like kt_integrator_step, for an integrator that is not NULL and has been started. */
 kt_status kt_integrator_take_step(kt_integrator *it, double t_limit, kt_error *error);
 
-/* The same in parts, for callers that try the steps of several integrators at once (batch/ensemble.c). First,
- * kt_attempt_begin plans a try. While `again` is set, the caller runs the family's try_step on plan.interval. If
+/* Parts of kt_integrator_take_step, for callers that try the steps of several integrators at once (batch/ensemble.c).
+ * First, kt_attempt_begin plans a try. While `again` is set, the caller runs the family's try_step on plan.interval. If
  * try_step has passed, the caller calls kt_try_check. Then kt_attempt_end accepts the step, or rejects the try and
  * plans another. */
 typedef struct kt_attempt {
@@ -387,7 +387,7 @@ struct kt_method_family {
     kt_try_result (*prepare)(kt_integrator *it, bool rejected, kt_try *result);
     kt_try_result (*try_step)(kt_integrator *it, const kt_interval *interval, kt_try *result);
     double (*error)(const kt_integrator *it, double h);
-    double (*error_at)(const kt_integrator *it, double h, size_t i); /* of component i alone, unweighted */
+    double (*error_at)(const kt_integrator *it, double h, size_t i); /* error of component i alone, unweighted */
     void (*accept)(kt_integrator *it);
     double (*longest_step)(const kt_integrator *it);
     double (*control)(const kt_integrator *it, double h, double error);
@@ -439,7 +439,7 @@ static inline double kt_stage_time(double c, double t, double h) { return c == 1
 void kt_combine(double *out, const double *y, double h, const kt_stage_term *terms, size_t count, double *const *k,
                 size_t n);
 
-/* The same over a row of `count` weights with zeros. k: rows of n numbers. */
+/* kt_combine for a row of `count` weights with zeros. k: rows of n numbers. */
 void kt_combine_rows(double *out, const double *y, double h, const double *weights, size_t count, double *k, size_t n);
 
 /* The error estimate of a step h from mean squares: err with a single estimate. With two estimates, after HNW

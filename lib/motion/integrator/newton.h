@@ -18,7 +18,7 @@ enum { KT_NEWTON_STAGES = 3 };
 typedef enum kt_jacobian_state {
     KT_JACOBIAN_NONE = 0,
     KT_JACOBIAN_KNOWN,
-    KT_JACOBIAN_ZERO,    /* it could not be computed at (t_J, y_J), and there was none before: J = 0 */
+    KT_JACOBIAN_ZERO,    /* J could not be computed at (t_J, y_J), and there was none before: J = 0 */
     KT_JACOBIAN_LEFT_OUT /* J = 0: none can be computed, and with the old one iterations diverge or stages go wrong */
 } kt_jacobian_state;
 
@@ -31,7 +31,7 @@ typedef struct kt_newton_memory {
     double ratio;  /* theta / (1 - theta) of the last iteration: the error left over the last correction */
 } kt_newton_memory;
 
-/* Their ranges, as entries of a list of kt_history_word. */
+/* Ranges of these numbers, as entries of a list of kt_history_word. */
 #define KT_NEWTON_WORDS                                                                                                \
     {"state of the Jacobian", KT_HISTORY_START, 0, KT_JACOBIAN_NONE, KT_JACOBIAN_LEFT_OUT},                            \
         {"new Jacobian", KT_HISTORY_START, 1, KT_BLOCK_YES_NO}, {                                                      \
@@ -57,11 +57,11 @@ typedef struct kt_newton_work {
     double slack;                    /* the tolerances of a try over those of the options */
     double factored;                 /* the step of the factors in memory; 0: none */
     double rate, worst;              /* theta of the try's iteration: mean and largest */
-    double last_size, last_quotient; /* of the corrections so far */
+    double last_size, last_quotient; /* size of the corrections so far, and their quotient */
     double bare[KT_NEWTON_STAGES];   /* |r / sigma| of each stage, of the last iteration (kt_newton_store_residual) */
     double hidden, hidden_quotient;  /* the largest that is not tolerable, and its quotient; 0: all are */
     bool hides_residual;             /* the last correction hides a residual that is not tolerable */
-    int iterations;                  /* of the try */
+    int iterations;                  /* iterations of the try */
     bool is_of_now;                  /* J was computed at the start of this step */
     bool damped;                     /* fixed steps: the simplified iteration has failed, and the damped one goes on */
     bool is_in_memory;               /* J is in memory */
@@ -120,8 +120,8 @@ kt_try_result kt_newton_diverged(const kt_integrator *it, double factor, kt_try 
 /* sum_i (x_i / scale_i)^2 */
 double kt_newton_square(const kt_integrator *it, const double *x);
 
-/* The same for the correction x of a stage or its increment. With fixed steps the scale includes the size of the
- * corrected vector, which may be far larger than the state at the start of the step. */
+/* kt_newton_square for the correction x of a stage or its increment. With fixed steps the scale includes the size of
+ * the corrected vector, which may be far larger than the state at the start of the step. */
 double kt_newton_square_of(const kt_integrator *it, const double *x, const double *stage);
 
 /* Returns KT_TRY_NOT_FINITE if the norm of a correction is not finite because of a component of x. */

@@ -73,7 +73,7 @@ enum { KT_HISTORY_RADIUS, KT_HISTORY_AGE, KT_STABILISED_HISTORY };
 /* Scratch of a step, laid out at its beginning (kt_need_radius). */
 typedef struct kt_stabilised_scratch {
     double radius;         /* the spectral radius that the tries of this step use, 1/s */
-    bool radius_is_of_now; /* it was estimated at this step's beginning */
+    bool radius_is_of_now; /* the radius was estimated at this step's beginning */
     KT_ARENA_DECLARE(KT_STABILISED_FIELDS)
 } kt_stabilised_scratch;
 

@@ -197,8 +197,8 @@ typedef struct kt_projection_work {
     kt_jacobian_qr qr;                            /* in `factors` */
     kt_kkt kkt;                                   /* in `factors` */
     kt_sparse force_of, equation_of, jacobian_of; /* G, E and J */
-    uint32_t iterations;                          /* of the positions, in the last kt_projection_run */
-    double smallest;                              /* its size of the smallest direction (assembly/project.h) */
+    uint32_t iterations;                          /* iterations of the positions, in the last kt_projection_run */
+    double smallest;                              /* size of the smallest direction of that run (assembly/project.h) */
     KT_ARENA_DECLARE(KT_PROJECTION_FIELDS)
 } kt_projection_work;
 
@@ -306,7 +306,7 @@ typedef struct kt_step_work {
     bool coupled;                 /* the method is implicit */
     bool linear;                  /* the method is linearly implicit */
     bool watched;                 /* a simulation has taken the step and found no event in it */
-    size_t unknowns;              /* of each stage: e, or with quaternions N; 0: explicit */
+    size_t unknowns;              /* number for each stage: e, or with quaternions N; 0: explicit */
     size_t held_most;             /* columns of by_held */
     bool one_derivative;          /* by_q and by_v belong to one stage and serve all */
     size_t derivative_at;         /* that stage */

@@ -26,8 +26,8 @@ typedef struct kt_known_gap {
     X(kt_gap, recorded, n, "scratch: at a record")
 
 typedef struct kt_gaps {
-    uint64_t revision; /* of the model whose parameters the arrays have */
-    double time;       /* of clearance_begin; NaN: not available */
+    uint64_t revision; /* revision of the model whose parameters the arrays have */
+    double time;       /* time of clearance_begin; NaN: not available */
     bool known;        /* `begin` has valid gaps; else none of its gaps is valid */
     double far_time;   /* the end of the last step, if it can have reached no boundary; else NaN */
     KT_ARENA_DECLARE(KT_GAP_FIELDS)

@@ -54,7 +54,7 @@ typedef struct kt_moreau_sizes {
 
 /* An island of contacts (contact/islands.c). */
 typedef struct kt_moreau_island {
-    int first, last, count; /* its items; -1: none */
+    int first, last, count; /* items of the island; -1: none */
     int known;              /* the impulses of so many items are known; -1: none, since velocities have changed */
     double dissipated;      /* by these */
 } kt_moreau_island;
@@ -66,12 +66,12 @@ typedef struct kt_moreau_counts {
 } kt_moreau_counts;
 
 typedef struct kt_moreau {
-    double h, t; /* of the last step, s: its length, and the time of its middle */
+    double h, t; /* length of the last step, s, and the time of its middle */
     bool has_inverse;
     bool only_normal; /* the problem of the cone solver has normal rows alone */
     int posed;        /* items in it */
-    int count;        /* of items */
-    int dry;          /* of these, the first ones are dry friction */
+    int count;        /* number of items */
+    int dry;          /* number of items of dry friction, which come first */
     kt_cone *cone;
     kt_moreau_counts counts;
     kt_contact_counts kept_counts; /* before the last step was accepted */

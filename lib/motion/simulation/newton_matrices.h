@@ -28,7 +28,7 @@
     X(char, stiffness_work, size->stiffness_work, "of the derivatives")
 
 typedef struct kt_newton_matrices {
-    kt_complex sigma[2]; /* of the real and the complex factors */
+    kt_complex sigma[2]; /* sigma of the real and the complex factors */
     KT_ARENA_DECLARE(KT_NEWTON_ARRAYS)
 } kt_newton_matrices;
 

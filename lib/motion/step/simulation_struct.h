@@ -74,7 +74,7 @@ typedef struct kt_simulation_memory {
     uint64_t breakpoints;     /* breakpoints at which steps ended */
     uint64_t event_cuts;      /* searches of events that reached their limit; the first one: */
     double event_cut_time;    /* s, the beginning of its step */
-    int64_t event_cut_of;     /* its event */
+    int64_t event_cut_of;     /* event of the first search that was cut */
     kt_contact_counts contacts;
     uint64_t released;    /* contacts that do not act, as bits of the set; for friction of joints both switches */
     uint64_t held;        /* friction that slips in joints that contacts or loops hold, as bits of the set */
@@ -88,22 +88,22 @@ typedef struct kt_simulation_memory {
 
 /* The memory of a hard contact, or of friction that sticks, in the order of contact.c. */
 typedef struct kt_contact_memory {
-    double slip[2];        /* of a contact: the direction in which it slips */
-    double speed, left_at; /* of its slip at the beginning of the last step, m/s; s, when it left last */
+    double slip[2];        /* for a contact: the direction in which it slips */
+    double speed, left_at; /* speed of slip at the beginning of the last step, m/s; s, when the contact left last */
     double closes_at;      /* the gap at which an open contact closes, or the slip that is rest; <= 0 */
     double opens_at;       /* the reaction at which a closed contact opens, N or N m; <= 0, below 0 if it grazes */
     double since, fastest; /* fixed steps: s, from where reversals are counted; the largest speed of slip since */
     double stops_below;    /* slip that is no faster comes to rest at this instant, m/s; else 0 */
-    double load, response; /* of slip: the normal force, N; by how much it changes slip by friction, 1/kg */
+    double load, response; /* for slip: the normal force, N; by how much it changes slip by friction, 1/kg */
     double ended_at, held; /* s, when its stick ended last; until when it stays closed whatever its reaction */
-    uint64_t ends;         /* of its stick, at intervals that are too short to be resolved */
-    uint64_t reversals;    /* of its slip within the length of a fixed step */
+    uint64_t ends;         /* ends of stick, at intervals that are too short to be resolved */
+    uint64_t reversals;    /* reversals of slip within the length of a fixed step */
     uint64_t turns, left;  /* how often its slow slip has turned or shrunk; how often it left in the instant */
     double force[3];       /* time stepping: impulses of the last step over its length, normal and tangential; of dry
                               friction in joints, the dry and the viscous force */
-    int64_t closed;        /* it is closed, or sticks, in the model that the simulation runs on */
-    int64_t counted;       /* likewise, as the counts of contacts have it */
-    int64_t shared;        /* it rests, and forces of its island are not unique (cone/rest.h) */
+    int64_t closed;        /* the contact is closed, or sticks, in the model that the simulation runs on */
+    int64_t counted;       /* the contact is closed, or sticks, according to the counts of contacts */
+    int64_t shared;        /* the contact rests, and forces of its island are not unique (cone/rest.h) */
     double metric;         /* the mean of the diagonal of its block of W */
 } kt_contact_memory;
 
@@ -112,14 +112,14 @@ typedef struct kt_event_memory {
     int64_t side;      /* the last sign of its value; 0: not available */
     uint64_t count;    /* how often it has happened */
     double size;       /* the largest |value| along the last step */
-    double breakpoint; /* its first breakpoint after the beginning of an earlier step; NaN: not available */
+    double breakpoint; /* first breakpoint of the value after the beginning of an earlier step; NaN: not available */
     int64_t off;       /* by the caller */
 } kt_event_memory;
 
 /* A root of an event in the last step. */
 typedef struct kt_event_root {
     int64_t due;      /* there is one, and the event takes effect at the end of the step */
-    int64_t recorded; /* its record has been handed over */
+    int64_t recorded; /* the event's record has been handed over */
     int64_t side;     /* the sign of the value behind it */
     double time;      /* s */
 } kt_event_root;
@@ -211,7 +211,7 @@ struct kt_simulation_sizes {
     size_t nq, nv;
     size_t x;    /* auxiliary states */
     size_t work; /* index in y of the work done, dissipated and supplied: nq + nv + x, or 1 if that is 0 */
-    size_t n;    /* of the integrator: work, or work + 2 if a balance is computed: */
+    size_t n;    /* equations of the integrator: work, or work + 2 if a balance is computed: */
     bool integrates_works;
     size_t history; /* numbers of the integrator that are part of a checkpoint */
     size_t user_nq, user_nv;
@@ -260,7 +260,7 @@ typedef struct kt_events {
     size_t aim;                    /* the event at which the last try was to end and did not; count: none */
     bool fires;                    /* an event happens at the end of the last try */
     bool searched;                 /* this step has been searched */
-    const kt_event_source *source; /* of the events of hard contacts */
+    const kt_event_source *source; /* source of the events of hard contacts */
     double end;                    /* s, the end of the first try of this step */
     int evaluations;               /* the most values of an event that the search of a step takes */
     int most;                      /* the number of values with which the search after this try ends */
@@ -305,7 +305,7 @@ struct kt_simulation {
     kt_method method;              /* the method of the run, if it is given by rho */
     const double *tau;             /* inputs of the last step: nv, or NULL */
     const kt_wrench *external;     /* one for each body, or NULL */
-    int groups;                    /* of loops */
+    int groups;                    /* number of groups of loops */
     kt_simulation_options options; /* as they were given */
     size_t changed_contact;        /* 1 + the last contact that closed, opened, stuck or slipped; 0: none */
     bool near_singular;            /* the last step computed accelerations next to a singular position */
@@ -314,7 +314,7 @@ struct kt_simulation {
     kt_events events;
     kt_record_plan records;
     kt_works works;
-    struct kt_newton_matrices *newton; /* of an implicit method; NULL: none */
+    struct kt_newton_matrices *newton; /* matrices of an implicit method; NULL: none */
     bool watches_ends;      /* adaptive steps do not leap over changes of functions of time behind their last stage */
     bool lacks_end_stage;   /* the method has no stage at the end of its steps */
     bool lacks_inner_stage; /* the method has no stage between the ends of its steps */
@@ -324,7 +324,7 @@ struct kt_simulation {
     bool steps_over_contacts;     /* contacts are resolved by time stepping: */
     struct kt_moreau *moreau;     /* time stepping over contacts (moreau.h); NULL: they are events */
     uint64_t contact_mask;        /* the switches of hard contacts */
-    uint64_t contact_friction;    /* those of joint friction; both switches of a joint are on: it is released */
+    uint64_t contact_friction;    /* switches of joint friction; with both switches of a joint on, it is released */
     uint64_t contact_released;    /* the contacts that are released at first */
     double contact_margin;        /* the depth at which a contact penetrates that was left open, m or rad */
     double contact_time;          /* s, of the values of contacts; NaN: not available */
@@ -334,7 +334,7 @@ struct kt_simulation {
     kt_cached cached;    /* the results of the present state that data hold */
     const double *slope; /* y' as the last evaluation returned it to the integrator */
     kt_error cause;      /* error of the last callback that failed; code KT_OK: none failed in this step */
-    bool ahead;          /* it failed after the present state, at which every step begins: a smaller step may help */
+    bool ahead;          /* the callback failed after the present state, where each step begins: a smaller may help */
     const char *within;  /* the caller's function that a call with this simulation runs, and which may not move it in
                           * time; NULL: none */
     KT_ARENA_DECLARE(KT_SIMULATION_FIELDS)
