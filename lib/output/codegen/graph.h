@@ -92,7 +92,7 @@ typedef struct kt_op_node {
 
 /* A block of nodes. */
 typedef struct kt_op_section {
-    char *text;         /* its comment */
+    char *text;         /* comment at the section's head */
     int32_t pass, step; /* kt_graph_pass; step: -1: none */
 } kt_op_section;
 

@@ -38,14 +38,14 @@ typedef struct kt_code_closing {
     kt_code_tree *tree;
     const kt_loop_record *record;
     const kt_code_loop *number;
-    const kt_code_places *place; /* of the links on both paths */
+    const kt_code_places *place; /* places of the links on both paths */
     int end[2];                  /* which end of the record counts as the first, and as the second */
     bool moves;
-    kt_op function[3]; /* of the length, the offset or the position: its value and two derivatives by time */
+    kt_op function[3]; /* length, offset or position: its value and two derivatives by time */
     kt_op3 point[2];
-    kt_op33 axes[2]; /* of the ends, columns */
+    kt_op33 axes[2]; /* axes of the ends, columns */
     kt_op3 omega[2], velocity[2], alpha[2],
-        linear[2];     /* of the ends' links, at their origins; relative to the ancestor */
+        linear[2];     /* motion of the ends' links, at their origins; relative to the ancestor */
     kt_op3 d, u, bias; /* from the first point to the second; its rate and d'' seen from the first end */
     kt_op *column;     /* 6 x nv: velocities of the second end relative to the first for unit rates, at its point */
 } kt_code_closing;

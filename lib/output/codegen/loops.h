@@ -8,14 +8,14 @@
 /* The independent equations of all loops at a state. */
 typedef struct kt_code_loop_rows {
     int count;
-    int *loop;       /* of each equation */
+    int *loop;       /* loop of each equation */
     kt_op *a;        /* A, row by row, with nv entries each */
     kt_op *phi;      /* residuals */
     kt_op *scaled;   /* residuals over their scales, a radian or the mechanism's length */
     kt_op *rate;     /* A v = rate: those of functions of time */
     kt_op *right;    /* A a = right */
-    bool *is_closed; /* it has a residual; without, phi is 0 */
-    int *block;      /* of each equation: the first one with which it is compared (multiplier.c) */
+    bool *is_closed; /* the equation has a residual; without, phi is 0 */
+    int *block;      /* for each equation: the first one with which it is compared (multiplier.c) */
     kt_op *size;     /* count x nv: squares of the entries that A would have if they lay along its direction; or 0 */
 } kt_code_loop_rows;
 
@@ -27,7 +27,7 @@ const char *kt_code_switched_fault(const kt_model *model, int loop);
 /* Why the equations of a loop cannot be generated; NULL: these can be generated. */
 const char *kt_code_loop_fault(const kt_model *model, int loop);
 
-/* The same for a projection of positions. */
+/* Why a projection of positions of a loop cannot be generated; NULL: it can be. */
 const char *kt_code_projection_fault(const kt_model *model, int loop);
 
 /* Whether the type of a loop can be generated, with its functions. */

@@ -16,7 +16,7 @@ typedef struct code_end {
 typedef struct code_effect {
     kt_code_tree *tree;
     const kt_effect_record *record;
-    const kt_code_speed *speed; /* of all links */
+    const kt_code_speed *speed; /* speeds of all links */
     const kt_code_places *place;
     char name[KT_CODE_NAME]; /* with which its parameters begin */
     code_end end[2];

@@ -15,7 +15,7 @@ enum { KT_CODE_BODY_NAME = 64, KT_CODE_NAME = 3 * KT_CODE_BODY_NAME };
 
 /* A number that the user of a generated file may change. */
 typedef struct kt_code_parameter {
-    char name[KT_CODE_NAME]; /* of the struct's member */
+    char name[KT_CODE_NAME]; /* name of the struct's member */
     const char *meaning;     /* with its unit */
     double value;
 } kt_code_parameter;
@@ -23,7 +23,7 @@ typedef struct kt_code_parameter {
 /* A link. The joint rotates the link from its axes at rest, which are fixed in the parent. */
 typedef struct kt_code_link {
     const kt_link *link;
-    const char *name; /* of the body whose joint it is part of */
+    const char *name; /* name of the body whose joint the link is part of */
     int parent;
     bool is_rotated; /* at rest */
     kt_op33 rest;    /* axes at rest in the parent's axes */
@@ -31,7 +31,7 @@ typedef struct kt_code_link {
     kt_op shift;     /* along the joint's axis, of the origin from where the model has it */
     kt_op pitch;
     kt_op mass, armature[KT_DOF_MAX];
-    kt_op size;    /* of the inertia that it carries, as kt_link.size */
+    kt_op size;    /* size of the inertia that the link carries, as kt_link.size */
     kt_op carried; /* the mass */
     kt_op3 moment;
     kt_op6 inertia;
@@ -52,22 +52,22 @@ typedef struct kt_code_tree {
     bool is_uniform; /* links of a long chain, which are alike */
     int link_count;
     kt_code_link *link;
-    kt_link *record; /* of the links, if they differ from those of the model */
+    kt_link *record; /* records of the links, if they differ from those of the model */
     kt_code_parameter *parameter;
     int parameter_count;
     size_t parameter_room;
     kt_op3 gravity;
-    kt_op33 *body_rotation; /* of each body in its link */
+    kt_op33 *body_rotation; /* rotation of each body in its link */
     kt_op3 *body_position;
     char (*body_name)[KT_CODE_NAME]; /* as an identifier of C */
     int32_t *before;                 /* the coordinate that carries each one; -1: none */
     kt_op3 *marker;                  /* positions of markers in their links, once they are used; before, -1 */
-    const kt_op *acceleration;       /* of inverse dynamics; NULL: KT_OP_GIVEN */
+    const kt_op *acceleration;       /* accelerations for inverse dynamics; NULL: KT_OP_GIVEN */
     bool is_at_rest;                 /* rates are zero */
     const kt_op *load;               /* joint forces besides KT_OP_GIVEN of forward dynamics; NULL: none */
     kt_op *force;                    /* joint forces of effects, once they are made; before, NULL */
     kt_code_loop *loop;              /* all loops, once their equations are made; before, NULL */
-    kt_op *coefficient;              /* likewise, of their terms */
+    kt_op *coefficient;              /* coefficients of the loops' terms, once made; before, NULL */
     kt_op loop_length;               /* what residuals in m are relative to */
 } kt_code_tree;
 
@@ -93,8 +93,8 @@ void kt_code_add_rigid(kt_graph *g, kt_code_link *to, kt_op m, kt_op3 h, const k
 typedef struct kt_code_frame {
     const kt_code_link *link;
     kt_op cosine, sine, square, product; /* the last two are sin^2 and sin cos */
-    kt_op33 turn;                        /* of a quaternion */
-    kt_op3 offset;                       /* of the origin, parent's axes */
+    kt_op33 turn;                        /* rotation by a quaternion */
+    kt_op3 offset;                       /* position of the origin, parent's axes */
 } kt_code_frame;
 
 kt_code_frame kt_code_frame_of(kt_code_tree *tree, int link);

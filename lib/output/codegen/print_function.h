@@ -15,38 +15,38 @@ typedef struct kt_code_function {
     kt_code_guard *guard;
     int guard_count;
     bool writes_at_once; /* if it is long: no output can be an input, and no guard stops it */
-    bool may_roll;       /* its steps may become loops; otherwise it is straight lines */
+    bool may_roll;       /* steps of the function may become loops; otherwise it is straight lines */
 } kt_code_function;
 
 /* The names of the arrays of a function. */
 typedef struct kt_code_arrays {
-    const char *given;     /* of KT_OP_GIVEN */
+    const char *given;     /* name of the array of KT_OP_GIVEN */
     const char *output[3]; /* NULL: no more */
 } kt_code_arrays;
 
 typedef struct kt_code_printer {
     const kt_code_tree *tree;
     const kt_graph *graph;
-    kt_pool pool; /* of the arrays, but for those of `roll` */
+    kt_pool pool; /* memory of the arrays, but for those of `roll` */
     FILE *file;
-    int origin;         /* of the nodes that are statements */
-    int32_t *uses;      /* of each node, in the function that is printed */
+    int origin;         /* origin of the nodes that are statements */
+    int32_t *uses;      /* uses of each node, in the function that is printed */
     int32_t *user;      /* the node that uses it last; -1: an output */
-    int32_t *width;     /* of its text, where it is written into its user; 0: it is a statement */
+    int32_t *width;     /* width of the node's text, where it is written into its user; 0: it is a statement */
     int32_t *temporary; /* the number of its variable */
-    int32_t *prepared;  /* its index among the prepared numbers; -1: none yet */
+    int32_t *prepared;  /* the number's index among the prepared numbers; -1: none yet */
     kt_op *list;        /* the prepared numbers, of which loops may have some twice */
     size_t list_room;
     int prepared_count;
     const kt_code_arrays *arrays;
-    int part_count, at_part; /* of the function; the one that is printed */
-    int32_t *part;           /* of each node; `part_count` is the function itself */
-    int32_t *place;          /* of a number that another part reads, in `w`; -1: none */
-    int32_t *needs;          /* of each part: bits of its arguments */
+    int part_count, at_part; /* number of parts of the function; the part that is printed */
+    int32_t *part;           /* part of each node; `part_count` is the function itself */
+    int32_t *place;          /* place of a number that another part reads, in `w`; -1: none */
+    int32_t *needs;          /* for each part: bits of its arguments */
     int place_count;
     kt_code_roll roll;     /* the loops of the function */
-    int32_t *loop_of_part; /* of each part: its loop; -1: none */
-    kt_code_slot **slot;   /* of each node: how the loop that is printed reads it; NULL: otherwise */
+    int32_t *loop_of_part; /* for each part: its loop; -1: none */
+    kt_code_slot **slot;   /* for each node: how the loop that is printed reads it; NULL: otherwise */
     bool has_parts;        /* any function has them */
     bool failed;           /* there is no memory: the text is of no use */
 } kt_code_printer;

@@ -52,10 +52,10 @@ void kt_code_factor_mass(kt_code_tree *tree, kt_op *m, kt_op *inverse, kt_code_g
 void kt_code_solve_transposed(kt_code_tree *tree, const kt_op *m, kt_op *x);
 void kt_code_solve_lower(kt_code_tree *tree, const kt_op *m, const kt_op *inverse, kt_op *x);
 
-/* The same by articulated bodies. */
+/* Forward dynamics by articulated bodies. */
 void kt_code_forward_articulated(kt_code_tree *tree, kt_op *a, kt_code_guard *guard);
 
-/* The same in the axes of planes (node_planar.c), if all links move in planes. */
+/* Forward dynamics by articulated bodies in the axes of planes (node_planar.c), if all links move in planes. */
 bool kt_code_is_planar(const kt_model *model);
 void kt_code_forward_planar(kt_code_tree *tree, kt_op *a, kt_code_guard *guard);
 

@@ -28,16 +28,16 @@ typedef struct kt_code_slot {
  * same way. */
 typedef struct kt_code_loop_plan {
     int32_t start, size, count; /* place of the first node in `order`; nodes of an iteration; iterations */
-    kt_pool pool;               /* of the arrays below */
+    kt_pool pool;               /* memory of the arrays below */
     kt_code_slot *slot;
     int32_t slot_count;
     size_t slot_room;
-    int32_t *column;  /* of each node of an iteration; -1: none */
+    int32_t *column;  /* column of each node of an iteration; -1: none */
     bool *is_written; /* whether it is written to the outputs at once */
     int32_t column_count, first_row, last_row;
     bool recurs;                   /* iterations wait for those before */
     bool is_wide;                  /* columns are contiguous, for vectors: of this loop, or of those that read them */
-    int32_t place;                 /* of the first row, in the array of places */
+    int32_t place;                 /* place of the first row, in the array of places */
     int32_t first_part, last_part; /* that write or read rows: beyond them, the places are free */
     int32_t prepared;              /* the first prepared number */
     int32_t prepared_count;
@@ -53,8 +53,8 @@ typedef struct kt_code_roll {
     kt_pool pool;
     kt_op *order; /* the nodes that the function computes */
     int32_t order_count;
-    int32_t *at;   /* of each node: its place in `order`; -1: it is not computed */
-    int32_t *loop; /* of each node: its loop; -1: none */
+    int32_t *at;   /* for each node: its place in `order`; -1: it is not computed */
+    int32_t *loop; /* for each node: its loop; -1: none */
     kt_code_loop_plan *plan;
     int32_t plan_count;
     size_t plan_room;

@@ -12,7 +12,7 @@
 
 /* A solid or a piece of a solid, in the camera's frame. */
 typedef struct kt_piece {
-    kt_solid solid;   /* of the whole; its z is the direction in which it may be cut */
+    kt_solid solid;   /* the whole solid; its z is the direction in which it may be cut */
     int thing;        /* the caller's number */
     bool shines;      /* is seen where it is inside of another one that shines, as if that were transparent */
     double low, high; /* the piece: z from low to high in the solid's frame; that of the whole: -half.z to half.z */

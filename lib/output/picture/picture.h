@@ -43,7 +43,7 @@ typedef struct kt_solid {
     kt_solid_type type;
     kt_solid_source source;
     int body;
-    kt_pose pose; /* of the solid's frame, whose origin is its centre, in the body's frame */
+    kt_pose pose; /* pose of the solid's frame, whose origin is its centre, in the body's frame */
     kt_vec3 half;
     const struct kt_mesh
         *mesh; /* a surface within the box, in the solid's frame, that is seen in place of it; or NULL */
@@ -65,7 +65,7 @@ typedef struct kt_stroke {
     kt_vec3 from, to;
 } kt_stroke;
 
-enum { KT_STROKES_MOST = 512 /* of a loop */ };
+enum { KT_STROKES_MOST = 512 /* strokes of a loop */ };
 
 /* Writes the strokes of a curve or a surface in the frame of the loop's first end. Returns their number, 0 for loops of
  * other types. middle: the second end in that frame; reach: how far lines and planes extend around the second end. */
@@ -99,7 +99,7 @@ typedef struct kt_picture_relation {
     kt_loop_type type;
     int loop;  /* in the model */
     int joint; /* in picture->joints */
-    int other; /* likewise; motion: -1 */
+    int other; /* the other joint in picture->joints; motion: -1 */
     const char *name;
 } kt_picture_relation;
 
@@ -137,7 +137,7 @@ typedef struct kt_bounds {
 /* Options of the contents. A struct of zeros, as NULL, yields the defaults. */
 typedef struct kt_picture_options {
     bool boxes; /* boxes of uniform density that have mass and inertia of the bodies, in place of shapes and meshes */
-    int triangles; /* of all meshes together, at most about; 0: 400,000 */
+    int triangles; /* triangles of all meshes together, at most about; 0: 400,000 */
 } kt_picture_options;
 
 typedef struct kt_picture {
@@ -150,20 +150,20 @@ typedef struct kt_picture {
     int coordinate_count; /* coordinates of loops in which effects act: these follow the joints */
     kt_picture_loop *loops;
     int loop_count;
-    kt_stroke *strokes; /* of these */
+    kt_stroke *strokes; /* strokes of these loops */
     kt_picture_relation *relations;
     int relation_count;
     kt_picture_effect *effects;
     int effect_count;
     kt_picture_plane *planes;
     int plane_count;
-    int *part;   /* of each body: the rigid part that it belongs to, bodies that fixed joints join having the same;
-                        0: the world */
-    int *colour; /* of each body: 0, 1, ... 5; neighbours differ; -1: fixed to the world. One of a rigid part */
+    int *part;   /* for each body: the rigid part that it belongs to, which bodies that fixed joints join have in
+                    common; 0: the world */
+    int *colour; /* for each body: 0, 1, ... 5; neighbours differ; -1: fixed to the world. One of a rigid part */
     struct kt_mesh *meshes; /* surfaces of solids */
     int mesh_count;
     int lost_meshes;                                       /* that could not be read */
-    char lost_reason[KT_WHERE_SIZE + KT_MESSAGE_SIZE + 2]; /* of the first: which, and why */
+    char lost_reason[KT_WHERE_SIZE + KT_MESSAGE_SIZE + 2]; /* reason for the first lost mesh: which, and why */
     kt_vec3 gravity;
     bool is_planar; /* all motion is in one plane, whose unit normal in the world is */
     kt_vec3 normal; /* ... this, pointing as the joints' axes mostly do */

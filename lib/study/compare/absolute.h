@@ -29,7 +29,7 @@ typedef struct kt_absolute_joint {
 } kt_absolute_joint;
 
 struct kt_absolute {
-    kt_transformation transformation; /* its first member: the functions of absolute_state.c find the rest by it */
+    kt_transformation transformation; /* first member: functions of absolute_state.c find the rest by it */
     const kt_model *tree;
     kt_model *model;
     kt_absolute_joint joint[]; /* one for each body of the tree; that of the world is not used */

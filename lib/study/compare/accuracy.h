@@ -28,7 +28,7 @@ typedef struct kt_instant_log {
     int count;
     bool is_full;             /* there are more */
     double time;              /* s, at the end of the last step */
-    uint64_t contact_changes; /* of hard contacts, up to that time */
+    uint64_t contact_changes; /* changes of hard contacts, up to that time */
     int event_count, contact_events;
     uint64_t seen[KT_ACCURACY_EVENTS_MAX]; /* counts of the events up to that time */
 } kt_instant_log;
@@ -39,8 +39,8 @@ struct kt_accuracy {
     const kt_description *description;
     kt_run run; /* the scene's */
     kt_model *model;
-    kt_absolute *absolute;   /* of this model, if the scene requests it */
-    kt_model **models;       /* of the variants, in their order; NULL until compiled */
+    kt_absolute *absolute;   /* the absolute formulation of `model`, if the scene requests it */
+    kt_model **models;       /* models of the variants, in their order; NULL until compiled */
     kt_absolute **absolutes; /* theirs; NULL if a variant does not request it */
     kt_variant own;          /* the variant if none is given */
     size_t nq, nv;
@@ -52,7 +52,7 @@ struct kt_accuracy {
     double *moved;                        /* nq: a neighbouring initial position */
     kt_accuracy_curve *curves;
     kt_accuracy_point *points;
-    kt_instant_log log, second_log, run_log; /* of the reference, of the second solution, and of the present run */
+    kt_instant_log log, second_log, run_log; /* logs of the reference, of the second solution, and of the present run */
     bool *is_masked;                         /* records next to an instant: not compared */
 
     double started, deadline; /* by the clock, s */

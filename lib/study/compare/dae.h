@@ -47,7 +47,7 @@ struct kt_dae {
     kt_dae_options options;
     size_t n, nq, k, m;   /* nv, nq, equations, independent ones */
     size_t size;          /* N */
-    int stages;           /* of the matrix */
+    int stages;           /* stages of the matrix */
     double t, past_h;     /* time; length of the last step, 0: none */
     bool started, solved; /* there is a state; there is a matrix */
     kt_dae_counts counts;
