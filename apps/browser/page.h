@@ -7,7 +7,7 @@
  *     kt_page_close(page);
  *
  * A step of co-simulation ends where the importer says, which would add a step for each frame. A page shows what
- * accuracy costs. Its runs therefore are those of `kinetree view`, whose frames lie between the steps.
+ * accuracy costs. The runs of a page therefore are those of `kinetree view`, whose frames lie between the steps.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_BROWSER_PAGE_H

@@ -19,7 +19,7 @@ typedef void kt_fmi_update(void *environment, double time, bool set_requested, b
 
 typedef uint32_t kt_fmi_reference;
 
-/* Declares a function that importers load. Its arguments are those of the standard. */
+/* Declares a function that importers load. The standard gives the arguments. */
 #define KT_FMI_DECLARE(...) __attribute__((visibility("default"))) __VA_ARGS__
 
 /* Declares such a function, and begins its definition. */

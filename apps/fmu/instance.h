@@ -36,9 +36,9 @@ typedef struct kt_fmu_tunables {
     char (*name)[KT_FMU_SETTING];
     const char **names;
     double *standard; /* values of the file, */
-    double *compiled; /* with which the scene was compiled, */
+    double *compiled; /* values with which the scene was compiled, */
     double *values;   /* the present values, */
-    double *wanted;   /* and of the next compilation or kt_fmu_tune */
+    double *wanted;   /* and values for the next compilation or kt_fmu_tune */
 } kt_fmu_tunables;
 
 /* An event in model exchange (event.c): its sign and value of before, and the number of its occurrences so far. */
@@ -145,9 +145,9 @@ kt_status kt_fmu_take_over(kt_fmu *fmu, kt_error *error);
 kt_status kt_fmu_take_events(kt_fmu *fmu, kt_error *error);
 void kt_fmu_forget_events(kt_fmu *fmu);
 
-/* Takes a step of co-simulation. It ends early at an event, or at the importer's request, if the importer allows that.
- * *needs_event: events are due at its end, which take effect in event mode. *early: the end is not that of the step.
- * Errors: those of kt_simulation_step. */
+/* Takes a step of co-simulation. The step ends early at an event, or at the importer's request, if the importer allows
+ * that. *needs_event: events are due at its end, which take effect in event mode. *early: the end is not that of the
+ * step. Errors: those of kt_simulation_step. */
 kt_status kt_fmu_advance(kt_fmu *fmu, double step, bool *needs_event, bool *early, kt_error *error);
 
 /* Applies the events that are due in the simulation. Errors: those of formulas and of actions. */
@@ -168,7 +168,7 @@ double kt_fmu_next_breakpoint(const kt_fmu *fmu, double t);
 kt_status kt_fmu_project(kt_fmu *fmu, bool *moves, kt_error *error);
 
 /* A direction in (y, u, w) for derivatives, for the caller to fill: y = (q, v, x), u = torque, and w the numbers of the
- * signals. It is zero at first. The first call of kt_fmu_direction_make allocates the memory of derivatives.
+ * signals. A new direction is zero. The first call of kt_fmu_direction_make allocates the memory of derivatives.
  * Errors: KT_ERROR_MEMORY. */
 typedef struct kt_fmu_direction {
     double *y, *u, *w;

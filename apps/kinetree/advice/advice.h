@@ -38,8 +38,8 @@ bool kt_closes_holding(kt_trials *trials, int out, const char *in);
 /* Returns whether the scene's loops close without one of them. */
 bool kt_closes_without(kt_trials *trials, int loop);
 
-/* Return whether a description closes, compiled with the options of the scene's run; false at the limit. It is a given
- * one, or that of the scene with one change: of a loop (NULL: without it), or of the joint of a body. */
+/* Return whether a description closes, compiled with the options of the scene's run; false at the limit. The
+ * description is given, or the scene's with one change: of a loop (NULL: without it), or of the joint of a body. */
 bool kt_closes_described(kt_trials *trials, const kt_description *description);
 bool kt_closes_with_loop(kt_trials *trials, int loop, const kt_loop *changed);
 bool kt_closes_with_joint(kt_trials *trials, int body, const kt_joint *changed);

@@ -17,8 +17,8 @@
  * O(coordinates). */
 bool kt_find_excess(const kt_record *record, kt_error *error);
 
-/* Returns whether the records show the error of the energy. They do not if energy is supplied and no work accounts for
- * it. */
+/* Returns whether the records show the error of the energy. The records do not if energy is supplied and no work
+ * accounts for it. */
 bool kt_energy_is_known(const kt_energy_watch *energy);
 
 #endif

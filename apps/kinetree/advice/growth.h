@@ -44,7 +44,7 @@ enum { KT_COMPRESSIONS_MOST = 256 };
 typedef struct kt_compressions {
     int count, left;                    /* left: distances beyond these, which are not watched */
     int loop[KT_COMPRESSIONS_MOST];     /* index in the description */
-    int of_model[KT_COMPRESSIONS_MOST]; /* and in the model that is integrated */
+    int of_model[KT_COMPRESSIONS_MOST]; /* index in the model that is integrated */
     double compression[KT_COMPRESSIONS_MOST], tension[KT_COMPRESSIONS_MOST]; /* N, the largest */
     double since[KT_COMPRESSIONS_MOST];                                      /* s, when it first does */
 } kt_compressions;

@@ -34,7 +34,7 @@ kt_penetration_name kt_name_penetration(const kt_effect *effect);
 
 /* Warns of contacts and limits whose force at the start q exceeds twice the weight of all bodies. For revolute joints,
  * the moment is compared with twice the moment of the weights. Such forces do not occur in a scene at rest. The forces
- * of all contacts are added. It also warns of springs with a length, and of attractions, whose ends coincide, and of
+ * of all contacts are added. Also warns of springs with a length, and of attractions, whose ends coincide, and of
  * wheels that lie flat in the initial values. Returns the number of warnings. */
 int kt_penetration_warn(kt_warnings *warnings, const kt_scene *scene, const kt_model *model, const double *q);
 

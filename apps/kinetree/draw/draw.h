@@ -12,7 +12,7 @@
 
 /* The path of a point: its places in the world, one after the other. */
 typedef struct kt_drawn_path {
-    int body; /* whose colour it has */
+    int body; /* body that gives the path its colour */
     const kt_vec3 *points;
     int count;
 } kt_drawn_path;
@@ -66,8 +66,8 @@ char *kt_drawing_front(const kt_drawing *drawing, int state, int path, double sh
 /* The share of the length of a path, as seen by the camera, up to a part of its points, 0 to 1. */
 double kt_path_share(const kt_drawing *drawing, const kt_drawn_path *path, double part);
 
-/* Writes an animated SVG. Its frames are the states of a strobe drawing at equal intervals, and its play takes
- * `seconds`. It needs no script and repeats. It is light or dark as its page prefers; is_dark: always dark.
+/* Writes an animated SVG. The frames are the states of a strobe drawing at equal intervals, and the play takes
+ * `seconds`. The file needs no script and repeats. Colours are light or dark as the page prefers; is_dark: always dark.
  *
  * Frames are left out until the file has at most KT_ANIMATION_BYTES, as long as there are several frames a second.
  * *frames: their number. *bytes: the size of the file.

@@ -24,7 +24,7 @@ typedef struct kt_sheet {
     const kt_drawing *drawing;
     const kt_pose *poses; /* poses of all bodies in the state */
     double scale;         /* units of the page a metre */
-    double x, y;          /* where the origin of the camera's frame is */
+    double x, y;          /* place of the origin of the camera's frame */
     double pin;           /* radius of a joint's symbol, on the page */
     double fade;          /* how far colours are from those of the latest state, towards the paper: 0 to 1 */
     bool is_grey;         /* all bodies have the colour of fixed ones */
@@ -57,17 +57,17 @@ bool kt_sheet_is_ground(const kt_sheet *sheet, int body);
 
 /* ---- mounts (mount.c) -------------------------------------------------------------------------------------------- */
 
-/* Where the ground holds a frame, in the world. */
+/* The place where the ground holds a frame, in the world. */
 typedef struct kt_mount {
-    kt_vec3 place;   /* that of the frame, or the end of the fixed part that carries it */
+    kt_vec3 place;   /* origin of the frame, or the end of the fixed part that carries it */
     bool is_of_part; /* the end of a part: of its solids, or the origin of a body of rods */
     bool is_above;   /* the part is held at its upper end, since the frame is below its middle */
 } kt_mount;
 
 kt_mount kt_mount_of(const kt_sheet *sheet, const kt_body_frame *frame);
 
-/* Symbols of the ground have the same place in all states of a drawing. These states decide it: the state of rest if
- * there is one, else an even selection of all. k counts from 0 to kt_mount_states() - 1. */
+/* Symbols of the ground have the same place in all states of a drawing. The place depends on these states: the state of
+ * rest if there is one, else an even selection of all. k counts from 0 to kt_mount_states() - 1. */
 int kt_mount_states(const kt_drawing *drawing);
 const kt_pose *kt_mount_state(const kt_drawing *drawing, int k);
 
@@ -105,7 +105,7 @@ kt_traces *kt_traces_create(const kt_sheet *sheet);
 void kt_traces_free(kt_traces *traces);
 
 /* Notes the parts of sheet->traces that painted solids hide. `depth` receives the largest z of the solids at x and y of
- * a point, in the camera's frame. It returns false if no solid is there. */
+ * a point, in the camera's frame. The function returns false if no solid is there. */
 typedef bool kt_trace_depth(const void *user, kt_vec3 at, double *depth);
 void kt_traces_cover(const kt_sheet *sheet, kt_trace_depth *depth, const void *user);
 
@@ -123,9 +123,9 @@ char *kt_traces_dashes(const kt_sheet *sheet, double share);
 void kt_reach_along(const kt_picture *picture, const kt_pose *poses, int body, const kt_pose *frame, double r,
                     double *low, double *high);
 
-/* The rail of a joint that slides, along z of its frame, for all states of a drawing. It has half of the length of the
- * body beyond the outermost states. Returns false if there is none, since a solid of the parent is there or the joint
- * does not slide. */
+/* The rail of a joint that slides, along z of its frame, for all states of a drawing. The rail has half of the length
+ * of the body beyond the outermost states. Returns false if there is none, since a solid of the parent is there or the
+ * joint does not slide. */
 bool kt_rail_span(const kt_drawing *drawing, const kt_picture_joint *joint, double r, double *low, double *high);
 
 /* ---- lines (line.c) ---------------------------------------------------------------------------------------------- */
@@ -144,10 +144,10 @@ void kt_paint_line(const kt_sheet *sheet, kt_spot from, kt_spot to, double width
 /* A line with a head at its end. */
 void kt_paint_arrow(const kt_sheet *sheet, kt_spot from, kt_spot to, double width, kt_colour colour);
 void kt_paint_dashes(const kt_sheet *sheet, kt_spot from, kt_spot to, kt_colour colour, double width);
-/* Short oblique lines along the left side of a line, as seen from its beginning. They mark fixed ground. */
+/* Short oblique lines along the left side of a line, as seen from its beginning. Such lines mark fixed ground. */
 void kt_paint_hatching(const kt_sheet *sheet, kt_spot from, kt_spot to);
-/* Paints a spring, a damper, or both side by side, between `from` and `to`. It paints only the part from share a to
- * share b. If a bar is inside the spring, `around` is its radius on the page, and the spring alone represents both. */
+/* Paints a spring, a damper, or both side by side, between `from` and `to`. Paints only the part from share a to share
+ * b. If a bar is inside the spring, `around` is its radius on the page, and the spring alone represents both. */
 void kt_paint_spring(const kt_sheet *sheet, kt_spot from, kt_spot to, double a, double b, bool has_stiffness,
                      bool has_damping, double around);
 

@@ -22,7 +22,7 @@ typedef struct kt_native_file {
     size_t numbers, prepared; /* bytes */
     kt_native_renew *renew;
     kt_native_acceleration *acceleration;
-    double seconds; /* that the compiler took; 0: the file was in the cache */
+    double seconds; /* s that the compiler took; 0: the file was in the cache */
 } kt_native_file;
 
 /* Generates code for the accelerations of a scene. Compiles the code, or takes it from the cache, and loads it. Returns
@@ -35,7 +35,7 @@ typedef struct kt_native_code {
     const kt_native_file *file;
     kt_native native;
     double *numbers; /* values of the parameters */
-    void *prepared;  /* what the file makes of them */
+    void *prepared;  /* numbers that the file has computed from the parameters */
 } kt_native_code;
 
 /* Passes the numbers of a model to a file of its structure. kt_native_code_free may follow in any case. Several threads

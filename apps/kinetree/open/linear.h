@@ -65,8 +65,8 @@ double kt_mode_modulus(const kt_mode *mode);
 /* Returns whether a mode's eigenvalue cannot be distinguished from zero. */
 bool kt_mode_is_neutral(const kt_mode *mode);
 /* Returns whether a mode is neutral only because the error of its eigenvalue exceeds its magnitude. A double eigenvalue
- * zero, as for a body that drifts, has an error of the order of the square root of the rounding errors. It counts as
- * zero and not as uncertain. */
+ * zero, as for a body that drifts, has an error of the order of the square root of the rounding errors. Such a double
+ * eigenvalue counts as zero and not as uncertain. */
 bool kt_mode_is_uncertain(const kt_small_motion *motion, const kt_mode *mode);
 
 /* Returns whether a mode grows at a rate that exceeds its error. */

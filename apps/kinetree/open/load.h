@@ -35,7 +35,7 @@ bool kt_is_robot_name(const char *path);
 /* Does the same for a scene or a robot. */
 bool kt_is_scene_name(const char *path);
 
-/* Suggests a file for a path that does not exist. It tries the path with the ending .yaml, then a bundled scene of this
+/* Suggests a file for a path that does not exist. Tries the path with the ending .yaml, then a bundled scene of this
  * name. Then it takes the nearest name in the same folder, and at last that of a bundled scene. Prints nothing for a
  * path that exists, or without such a file. */
 void kt_missing_suggest(const char *path);

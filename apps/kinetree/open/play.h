@@ -39,7 +39,7 @@ typedef struct kt_play {
     uint64_t angles;       /* events of the scene, as bits, whose formulas read atan2 and have not jumped yet */
     double ended;          /* s, when an event ends the run; NaN: none does, or the end is not found yet */
     const char *ended_by;  /* the event's name, "until" for the condition of the scene; NULL: none */
-    bool is_over;          /* that event has happened: the simulation stays where it is */
+    bool is_over;          /* the event has happened: the simulation stays where it is */
     const kt_model *shown; /* the model that data belong to: events change it */
     kt_data *data;
 } kt_play;

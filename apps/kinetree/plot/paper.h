@@ -20,7 +20,7 @@ double kt_paper_width(cairo_t *c, const char *text);
 void kt_paper_text(cairo_t *c, double x, double y, kt_anchor anchor, const char *text);
 /* Draws text left-aligned at x; text wider than `width` is cut and ends with dots. */
 void kt_paper_text_within(cairo_t *c, double x, double y, double width, const char *title);
-/* Draws a text of at most this width. It is cut in its middle: names and values often differ at their ends. */
+/* Draws a text of at most this width. A longer text is cut in its middle, since names often differ at both ends. */
 void kt_paper_text_short(cairo_t *c, double x, double y, double width, kt_anchor anchor, const char *label);
 /* Fills the page and draws title and subtitle from x on, which may be `width` wide. */
 void kt_paper_head(cairo_t *c, const kt_palette *palette, double x, double width, const char *title,

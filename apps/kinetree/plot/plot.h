@@ -69,7 +69,7 @@ typedef struct kt_plot_cells {
     const double *x, *y; /* two ends of each */
     const double *z;     /* NaN: none */
     size_t count;
-    bool is_grid; /* else small squares around the points */
+    bool is_grid; /* the shape is a grid; else small squares around the points */
     bool is_log;  /* colours by the logarithm of magnitudes */
     const char *label;
 } kt_plot_cells;
@@ -107,7 +107,7 @@ typedef struct kt_plot_panel {
     const kt_plot_scale *scale;  /* scale of the series' colours; NULL: the palette has the colours */
     const kt_plot_event *events; /* x is rising; NULL: none */
     int event_count;
-    bool names_events; /* where there is room */
+    bool names_events; /* names of events are shown where there is room */
 } kt_plot_panel;
 
 typedef struct kt_plot {
@@ -155,7 +155,7 @@ int kt_plot_shapes(const kt_shape_plot *plot, const char *path);
 typedef struct kt_sweep_chart {
     const kt_table *table;
     const char *title;
-    const int *columns; /* that are drawn, a panel each */
+    const int *columns; /* columns that are drawn, a panel each */
     int column_count;
     int x;  /* the column that they are drawn over */
     int by; /* a curve for each of its values; the other axis of a map; -1: none */

@@ -1,6 +1,6 @@
-/* Functionals of the columns of a run: extremes, last values, integrals over time. They are taken at records. Columns
- * that follow from the state alone are also taken at the ends of steps, because a motion may pass its extremes between
- * two records. */
+/* Functionals of the columns of a run: extremes, last values, integrals over time. Functionals are taken at records.
+ * Columns that follow from the state alone are also taken at the ends of steps, because a motion may pass its extremes
+ * between two records. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_RECORDS_EXTREMES_H
 #define KT_COMMAND_RECORDS_EXTREMES_H
@@ -11,7 +11,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Extremes of one column: plain numbers, which checkpoints hold. They are NaN until the column has a value. */
+/* Extremes of one column: plain numbers, which checkpoints hold. The extremes are NaN until the column has a value. */
 typedef struct kt_extreme {
     double least, greatest;           /* values */
     double least_time, greatest_time; /* s, of the first record that has them */

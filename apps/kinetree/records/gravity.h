@@ -18,7 +18,7 @@ typedef struct kt_gravity kt_gravity;
 kt_gravity *kt_gravity_create(const kt_model *model);
 void kt_gravity_free(kt_gravity *gravity);
 
-/* Returns the joint forces (nv) at (t, q). They are valid until the next call; NaN if the position is not finite. */
+/* Returns the joint forces (nv) at (t, q), valid until the next call; NaN if the position is not finite. */
 const double *kt_gravity_evaluate(kt_gravity *gravity, const kt_model *model, double t, const double *q);
 
 /* The smallest singular value of the constraint Jacobian. */

@@ -1,6 +1,6 @@
 /* Records of runs in one HDF5 file. During the runs, the records are in a side file, FILE.partial, as plain numbers. A
  * run that has been added survives the end of this process. The HDF5 file is made from the side file at the end, run by
- * run. Its contents are therefore the same with and without a break. */
+ * run. The contents of that file are therefore the same with and without a break. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_RECORDS_KEEP_H
 #define KT_COMMAND_RECORDS_KEEP_H
@@ -16,7 +16,7 @@
 typedef struct kt_keep {
     kt_output output;
     FILE *file; /* the side file; NULL: nothing is kept */
-    long begin; /* where the run that is being added begins */
+    long begin; /* offset at which the run that is being added begins */
 } kt_keep;
 
 /* The head of a run in the side file. */

@@ -1,5 +1,5 @@
-/* Writes lines of text to a file. They are buffered for some milliseconds and then written. Only whole lines are left
- * in the file, even if this process is killed (SIGKILL). On a pipe or a terminal each line is written at once. */
+/* Writes lines of text to a file. The lines are buffered for some milliseconds and then written. Only whole lines are
+ * left in the file, even if this process is killed (SIGKILL). On a pipe or a terminal each line is written at once. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_RECORDS_LINES_H
 #define KT_COMMAND_RECORDS_LINES_H

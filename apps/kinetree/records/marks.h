@@ -19,7 +19,7 @@ typedef struct kt_mark {
 /* The last record of a hard contact, and the last one after a transition. An instant of several contacts spans records,
  * and a checkpoint may lie between them. */
 typedef struct kt_contact_mark {
-    bool any;             /* there was such a record, */
+    bool any;             /* a hard contact has been recorded, */
     bool moved;           /* and one after a transition */
     double time;          /* s, of the record */
     double moved_at;      /* s, of the record after a transition */
@@ -28,7 +28,7 @@ typedef struct kt_contact_mark {
 
 typedef struct kt_marks {
     int count;
-    bool is_cut; /* there were more */
+    bool is_cut; /* more marks have occurred than there is room for */
     kt_contact_mark contact;
     kt_mark mark[KT_MARKS_MAX];
     struct json_t *read; /* owns the names of those that were read; NULL: none were */

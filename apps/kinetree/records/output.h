@@ -97,14 +97,14 @@ ptrdiff_t kt_stem_length(const char *path, const char *endings);
  * Devices may have any name. Returns -1 if there is no error, else KT_EXIT_USAGE. */
 int kt_check_ending(const char *option, const char *path, const char *ending);
 
-/* Does the same for records. Their names may have any ending except those of pages, pictures, glTF files, summaries and
- * scenes. */
+/* Does the same for records. Names of records may have any ending except those of pages, pictures, glTF files,
+ * summaries and scenes. */
 int kt_check_records(const char *path);
 
 /* Does the same for the lines of a sweep. */
 int kt_check_lines(const char *path);
 
-/* Does the same for summaries. Their names may have any ending except those of records and scenes. */
+/* Does the same for summaries. Names of summaries may have any ending except those of records and scenes. */
 int kt_check_summary(const char *path);
 
 /* A file that a command reads or writes, with the name given by the user; NULL: none. */

@@ -1,4 +1,4 @@
-/* What a run does with each of its records: rows, pictures, watches and the bar of progress. */
+/* The uses of each record of a run: rows, pictures, watches and the bar of progress. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_RECORDS_SINKS_H
 #define KT_COMMAND_RECORDS_SINKS_H

@@ -109,8 +109,8 @@ const kt_accuracy_curve *kt_findings_curve(const kt_findings *findings, int poin
 
 /* Prints the tables and sentences on standard output. */
 void kt_findings_print(const kt_findings *findings);
-/* Print the instants of events of the reference, and the table of their errors at the recommended settings. They print
- * nothing without events. */
+/* Print the instants of events of the reference, and the table of their errors at the recommended settings. Without
+ * events, both print nothing. */
 void kt_findings_print_instants(const kt_findings *findings);
 void kt_findings_print_instant_errors(const kt_findings *findings);
 /* Prints the cost of variants of the simulation (other reduction, metric, plan, formulation, no projection) at one

@@ -1,5 +1,5 @@
-/* Points of other engines in an accuracy study (--peers). Programs on the PATH run the scene in them. Their rules are
- * in bench/peers/peer.h. */
+/* Points of other engines in an accuracy study (--peers). Programs on the PATH run the scene in them. The rules for
+ * such programs are in bench/peers/peer.h. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_SUBCOMMANDS_ACCURACY_PEERS_H
 #define KT_COMMAND_SUBCOMMANDS_ACCURACY_PEERS_H

@@ -181,7 +181,7 @@ void kt_error_check_say(const kt_error_check *check);
 json_t *kt_error_check_describe(const kt_error_check *check);
 void kt_error_check_free(kt_error_check *check);
 
-/* Which reactions are not unique (advice/shares.c). */
+/* The reactions that are not unique (advice/shares.c). */
 typedef struct kt_shares {
     kt_reaction_share *of; /* share of each joint, by bodies, and each loop, and room for one model's; NULL: unknown */
     size_t bodies, loops;
@@ -222,9 +222,9 @@ typedef struct kt_outcome {
  * scene (kt_say_anew). Returns an exit code after printing an error. */
 int kt_run_write_end(const kt_outcome *outcome, const char *path, bool quiet);
 
-/* Records as HDF5 (keep.h). The function kt_run_keep_start opens the side file, to which rows are added. It returns -1,
- * or an exit code after printing the error. The function kt_run_keep_end makes the HDF5 file from the side file, and
- * does nothing if there is no side file. It returns 0, or -1 after printing the error. */
+/* Records as HDF5 (keep.h). The function kt_run_keep_start opens the side file, to which rows are added, and returns
+ * -1, or an exit code after printing the error. The function kt_run_keep_end makes the HDF5 file from the side file,
+ * and does nothing if there is no side file. It returns 0, or -1 after printing the error. */
 int kt_run_keep_start(kt_keep *keep, const char *out);
 int kt_run_keep_end(kt_keep *keep, const kt_outcome *outcome, size_t rows, int code, kt_output_fate fate);
 
@@ -232,9 +232,9 @@ int kt_run_keep_end(kt_keep *keep, const kt_outcome *outcome, size_t rows, int c
  * error. */
 int kt_summary_write(const kt_outcome *outcome, const char *path);
 
-/* Warns of irregularities that the simulation has counted. They are iterations and searches that reached a limit,
- * missing Jacobians, and velocities that events could not set. They are also states next to dead points and singular
- * positions. */
+/* Warns of irregularities that the simulation has counted. Irregularities are iterations and searches that reached a
+ * limit, missing Jacobians, and velocities that events could not set. Others are states next to dead points and
+ * singular positions. */
 void kt_warn_of_counts(kt_outcome *outcome);
 
 /* A warning of a number of events, unless it is 0: "BEFORE 2 MANY AFTER", or ONE for 1. */
@@ -244,8 +244,8 @@ typedef struct kt_counted {
 void kt_warn_of_count(kt_outcome *outcome, uint64_t count, const kt_counted *counted);
 
 /* Sets options so that the simulation can warn while it runs. A warning appears if adaptive steps are so short that the
- * run needs many. It reports their number, the time that they take, and the cause. Another one appears if the length of
- * a path jumps (path_jump.h). */
+ * run needs many. The warning reports the number of steps, the time that they take, and the cause. Another one appears
+ * if the length of a path jumps (path_jump.h). */
 void kt_watch_pace(kt_outcome *outcome, kt_simulation_options *options);
 
 /* Warns once of own columns that are not finite at some records. The warning reports their number and the first

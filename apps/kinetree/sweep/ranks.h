@@ -28,7 +28,7 @@ int kt_ranks_own(const kt_ranks *ranks);
 int kt_ranks_serve(kt_ranks *ranks, const kt_sweep *sweep, int64_t first, int64_t end, kt_sweep_sink *sink, void *user,
                    kt_sweep_worker *all);
 
-/* The others: compute the blocks of rank 0, each in several threads. */
+/* For the other ranks: computes the blocks of rank 0, each in several threads. */
 void kt_ranks_work(kt_ranks *ranks, const kt_sweep *sweep, int threads);
 
 /* The last call of each: rank 0 lets the others go, whether or not they have had anything to do. Returns code.

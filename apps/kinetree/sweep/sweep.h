@@ -145,7 +145,7 @@ typedef struct kt_sweep_worker {
     int64_t together;        /* lines whose runs were computed in lanes */
     size_t width;            /* lanes in which these runs were computed */
     const char *alone;       /* why others were not; NULL: all were */
-    char why[KT_WHERE_SIZE]; /* where more than a number follows from a value that varies; "": nowhere */
+    char why[KT_WHERE_SIZE]; /* place where more than a number follows from a value that varies; "": nowhere */
 } kt_sweep_worker;
 
 void kt_sweep_worker_free(kt_sweep_worker *worker);
@@ -160,7 +160,7 @@ typedef struct kt_sweep_result {
 
 void kt_sweep_result_free(kt_sweep_result *result);
 
-/* The columns of the lines besides the values. Those of events and records follow the first KT_SWEEP_LEADING. */
+/* The columns of the lines besides the values. Columns of events and records follow the first KT_SWEEP_LEADING. */
 extern const char *const kt_sweep_line_columns[];
 enum { KT_SWEEP_LEADING = 6 };
 #define KT_SWEEP_WHY "why"
@@ -174,7 +174,7 @@ int kt_sweep_list_functionals(kt_sweep *sweep);
 /* The first line, which the caller frees; NULL: not enough memory. */
 char *kt_sweep_header(const kt_sweep *sweep);
 
-/* A run that has been prepared; NULL: not enough memory. Its result does not depend on earlier runs of the worker. */
+/* A run that has been prepared; NULL: not enough memory. Results do not depend on earlier runs of the worker. */
 typedef struct kt_sweep_run kt_sweep_run;
 kt_sweep_run *kt_sweep_begin(const kt_sweep *sweep, kt_sweep_worker *worker, int64_t number);
 int64_t kt_sweep_number(const kt_sweep_run *run);
