@@ -25,7 +25,7 @@ typedef struct kt_apart {
     pid_t child;
     int from;        /* the parent's end of the pipe */
     long long until; /* ms of the monotonic clock */
-    double seconds;  /* that it may take */
+    double seconds;  /* s that the work may take */
 } kt_apart;
 
 /* The work of a child process. The function writes its answer with kt_apart_write, and returns whether the whole answer

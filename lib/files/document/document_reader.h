@@ -117,7 +117,7 @@ enum {
 /* A key of a mapping. */
 struct kt_field {
     const char *key;
-    const char *also; /* another spelling, which is read; NULL: none */
+    const char *also; /* a second spelling, which is read; NULL: none */
     const kt_kind *kind;
     size_t offset;                    /* in the struct */
     unsigned flags;                   /* KT_FIELD_ */

@@ -12,7 +12,7 @@
 enum { KT_EMIT_DEPTH_MAX = 16 };
 
 typedef struct kt_emit_level {
-    bool list; /* else a mapping */
+    bool list; /* a list; else a mapping */
     bool flow; /* [a, b] or {a: b} in one line; else one line for each item */
     int count; /* items or keys so far */
     int indent;

@@ -18,7 +18,7 @@ typedef struct kt_element {
 
     const char *file;                  /* the included file that has it; NULL: the file itself has it */
     const struct kt_element *included; /* then the element that includes it, in the file itself */
-    const struct kt_element *by;       /* and the element that includes it, in the file that includes `file` */
+    const struct kt_element *by;       /* the element that includes that file, in the file that includes `file` */
 } kt_element;
 
 /* An XML declaration that is not at the very beginning, but before the root. Such a declaration is accepted

@@ -227,7 +227,7 @@ int kt_mjcf_numbers(kt_mjcf *m, const kt_element *e, const char *tag, const char
 double kt_mjcf_number(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, double standard);
 kt_vec3 kt_mjcf_vector(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, kt_vec3 standard);
 
-/* Which of the words, which end with NULL, an attribute is; `standard` if there is none. */
+/* Returns which of the words, which end with NULL, an attribute is; `standard` if there is none. */
 int kt_mjcf_choice(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, const char *const *words,
                    int standard);
 bool kt_mjcf_flag(kt_mjcf *m, const kt_element *e, const char *tag, const char *name, bool standard);
@@ -413,7 +413,7 @@ void kt_mjcf_add_wrap(kt_mjcf *m, const kt_element *e, int body, kt_pose frame);
 bool kt_mjcf_read_path(kt_mjcf *m, kt_mjcf_tendon *t);
 
 int kt_mjcf_body_of_end(const kt_mjcf *m, const kt_end *end);
-int kt_mjcf_common_body(const kt_mjcf *m, int a, int b); /* that carries both */
+int kt_mjcf_common_body(const kt_mjcf *m, int a, int b); /* the body that carries both */
 /* Adds springs, dampers and stops along a spatial tendon. */
 void kt_mjcf_act_in_path(kt_mjcf *m, kt_mjcf_tendon *t);
 
@@ -447,8 +447,8 @@ enum { KT_MJCF_MUSCLE_NUMBERS = 9 };
 kt_mjcf_muscle kt_mjcf_muscle_of(const double numbers[KT_MJCF_MUSCLE_NUMBERS], const double range[2],
                                  double acceleration);
 
-/* Write the force per activation, and the passive force. They are negative, since a muscle pulls.
- * length, rate: texts of the scaled quantities. */
+/* Write the force per activation, and the passive force. Both forces are negative, since a muscle pulls. length, rate:
+ * texts of the scaled quantities. */
 void kt_mjcf_put_active(const kt_mjcf_muscle *muscle, const char *length, const char *rate, kt_mjcf_formula *to);
 void kt_mjcf_put_passive(const kt_mjcf_muscle *muscle, const char *length, kt_mjcf_formula *to);
 
@@ -462,7 +462,7 @@ void kt_mjcf_put_muscle_rate(const kt_mjcf_dynamics *d, double control, const ch
 typedef struct kt_mjcf_reach {
     const kt_element *element;
     double range[2], acceleration;
-    bool is_found; /* there is a range */
+    bool is_found; /* a range has been found */
 } kt_mjcf_reach;
 
 /* Adds the armatures of spatial tendons to the mass matrix at the reference positions; `room` as below. */

@@ -9,7 +9,7 @@
 typedef struct kt_mjcf_mesh {
     const kt_element *element;
     bool is_known;
-    kt_vec3 points[KT_CONTACT_POINTS_MOST]; /* that touch planes, if the options ask for contacts */
+    kt_vec3 points[KT_CONTACT_POINTS_MOST]; /* points that touch planes, if the options ask for contacts */
     int point_count;
     kt_enclosed enclosed;
     kt_mat3 axes;     /* principal axes of the inertia, in MuJoCo's order */

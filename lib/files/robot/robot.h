@@ -258,8 +258,8 @@ bool kt_draft_find_parents(kt_draft *d);
 
 static inline kt_body *kt_draft_body_at(const kt_draft *d, int i) { return (kt_body *)d->bodies.items + i; }
 
-/* Gives joints the names of the file, if those are not the bodies'; names of joints differ. Those that had to
- * be changed are in `renamed`. joints: a namer for twice as many names as there are bodies. */
+/* Gives joints the names of the file, if those are not the bodies'; names of joints differ. Names that had to be
+ * changed are in `renamed`. joints: a namer for twice as many names as there are bodies. */
 void kt_draft_name_joints(kt_draft *d, kt_namer *joints);
 
 /* A joint whose name in the file is not that in the scene. */
@@ -416,8 +416,8 @@ bool kt_draft_finish(kt_draft *d, kt_appearance *appearance, const char *name, k
 
 /* ---- include.c --------------------------------------------------------------------------------------------------- */
 
-/* The path of a file or folder that an element names, relative to the robot's folder. It must be in that folder, or in
- * one of options->search or options->allow. NULL after reporting the reason. */
+/* The path of a file or folder that an element names, relative to the robot's folder. The file must be in that folder,
+ * or in one of options->search or options->allow. NULL after reporting the reason. */
 const char *kt_include_path(kt_reader *r, const kt_robot_source *source, const kt_element *e, const char *name);
 
 /* A name in the folder of the file that has the element, as a path relative to the robot's folder. If that file is

@@ -42,7 +42,7 @@ typedef struct kt_contact_shape {
     const kt_element *element;
     const char *name, *body; /* name of the effect; name of the body in the scene */
     kt_namer *names;         /* names of effects */
-    kt_solid solid;          /* NONE: it is the points */
+    kt_solid solid;          /* NONE: the points are the shape */
     double size[3];          /* half sizes; radius, half length */
     const kt_vec3 *points;
     int point_count;
@@ -50,7 +50,7 @@ typedef struct kt_contact_shape {
     double friction, slip, stiffness, exponent, dissipation; /* as in the effect */
     double torsion, rolling, turn;                           /* values as in the effect */
     double mobility, mass;                                   /* mobility of the body, 1/kg; mass of the robot */
-    bool turns_freely;                                       /* by a free joint, or about an axis without limits */
+    bool turns_freely;                                       /* turns by a free joint or about an axis without limits */
 } kt_contact_shape;
 
 /* A plane through the origin of a pose in a body (NULL: the world), with its z axis as the normal. */
@@ -69,7 +69,7 @@ double kt_contact_law_yield(const kt_contact_law *law, double shortest, double m
 void kt_contact_law_apply(const kt_contact_law *law, const kt_contact_cone *cone, double gravity,
                           kt_contact_shape *shape);
 
-/* What touches planes. */
+/* Counts of the shapes that touch planes. */
 typedef struct kt_contact_tally {
     kt_left planes, made, lost; /* lost: shapes that no contact can represent */
     kt_left floors;             /* boxes that are planes */
@@ -88,7 +88,7 @@ void kt_contact_make(kt_draft *d, kt_contact_shape *shape, const kt_ground *grou
 int kt_contact_mesh_points(const kt_triangles *mesh, kt_vec3 points[KT_CONTACT_POINTS_MOST]);
 
 /* The directions to the faces, edges and corners of a box, for the numbers below KT_CONTACT_EXTREMES. The length of a
- * direction has no meaning. It has no component along an axis without an extent. */
+ * direction has no meaning. A direction has no component along an axis without an extent. */
 kt_vec3 kt_contact_direction(int i, kt_vec3 extent);
 
 #define KT_NOTE_ROUNDED                                                                                                \

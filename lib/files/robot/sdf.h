@@ -22,7 +22,7 @@ typedef struct kt_sdf_frame {
 
     const kt_element *pose_element; /* NULL: none */
     const kt_element *placement;    /* for a model: names the frame that the pose places; NULL: the model's own */
-    const char *placed;             /* that frame */
+    const char *placed;             /* name of that frame */
     int base;                       /* -1: of the world, or not found yet */
     kt_pose pose, world;            /* in base, in the world */
     int depth;                      /* number of bases below it; -1: not found yet */
@@ -77,7 +77,7 @@ typedef struct kt_sdf {
     kt_judge judge;
 
     const kt_known_list *known; /* lists of the format */
-    kt_strange strange;         /* what the files have besides */
+    kt_strange strange;         /* elements that the files have besides */
     kt_left renamed, renamed_frames, renamed_models, unversioned, others, missing, newer, older, no_gravity, floating,
         reserved, at_rest, kinematic, freed;
     kt_left standard_masses, by_geometry, lost_masses;

@@ -20,7 +20,7 @@ typedef struct kt_urdf_joint {
     double effort, speed;     /* infinite if there are none */
     const char *name;         /* in the scene */
     double start;             /* initial position of a scalar joint */
-    double armature;          /* by a transmission */
+    double armature;          /* armature by a transmission */
     int master;               /* the joint that it follows; -1: none */
     double multiplier, offset;
     bool is_placed;         /* the joint's start has been found */
@@ -65,7 +65,7 @@ typedef struct kt_urdf {
     kt_left geared, ungeared, massless; /* transmissions with and without armature; a robot without masses */
     kt_left by_density, by_geoms;       /* links with a mass by density, or by inertiafromgeom */
     kt_left hollow, doubled;            /* meshes without a mass; second <inertial> */
-    kt_left bounded, balanced;          /* by MuJoCo's compiler */
+    kt_left bounded, balanced;          /* counts of inertias changed by MuJoCo's compiler */
     kt_urdf_compiler compiler;
     kt_left undeclared, freed; /* the link `world`; links on it that move freely */
     kt_left no_gravity;        /* links without weight */

@@ -80,7 +80,7 @@ typedef struct kt_export {
     const kt_scene *scene; /* scene of the description; NULL: none */
     const kt_scene_mesh *meshes;
     int mesh_count;
-    const char *folder; /* where the file will be; NULL: unknown */
+    const char *folder; /* folder where the file will be; NULL: unknown */
     FILE *stream;
     kt_pool pool;
     kt_names names;                         /* scopes from 0 on: bodies, joints, markers (to the first body) */
@@ -109,7 +109,7 @@ typedef struct kt_export {
     kt_export_inertial *inertials; /* inertials of bodies, as they are written */
     double least;                  /* the smallest mass and moment that the format's readers accept */
     double least_fixed;            /* the smallest mass of a body without a joint that readers do not leave out */
-    double spare; /* by how much of itself the largest moment is below the sum of the others, if it is turned */
+    double spare; /* share by which the largest moment is below the sum of the others, for bodies that are turned */
     struct {
         const char *what;
         int count;
@@ -192,7 +192,7 @@ typedef struct kt_export_moments {
     double moment[3]; /* about `axes` */
     kt_mat3 axes;
     double raised;   /* the largest change of a moment */
-    bool is_raised;  /* by more than rounding */
+    bool is_raised;  /* the moment was raised by more than rounding */
     bool is_nothing; /* no mass and no moments */
     bool is_plain;   /* `full` is accepted as it is */
 } kt_export_moments;

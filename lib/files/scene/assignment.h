@@ -43,7 +43,7 @@ int kt_assignments_parameters(const kt_scene *scene);
 typedef struct kt_assigned_parameter {
     double value; /* as read */
     int state;    /* the parameter's auxiliary state, an index in the description; -1: events do not reach it */
-    bool is_set;  /* by an event; else it follows */
+    bool is_set;  /* set by an event; else it follows */
 } kt_assigned_parameter;
 
 kt_assigned_parameter kt_assignments_parameter(const kt_scene *scene, int k);
@@ -52,7 +52,7 @@ kt_assigned_parameter kt_assignments_parameter(const kt_scene *scene, int k);
 typedef struct kt_assigned_number {
     const kt_expression *expression; /* expression of parameters */
     int parameter;                   /* the parameter; -1: a number of the description, */
-    kt_assignment_target target;     /* this one */
+    kt_assignment_target target;     /* and its place in the description */
 } kt_assigned_number;
 
 /* The next number from the *k-th on, in the order in which they are evaluated; NULL: there is none. */

@@ -5,7 +5,7 @@
 
 #include "scene/value.h"
 
-/* Which columns, and their units; NULL: not given. */
+/* The columns, and their units; NULL: not given. */
 typedef struct kt_csv_choice {
     const char *time, *value, *unit, *time_unit;
 } kt_csv_choice;

@@ -29,7 +29,7 @@ int kt_find_named(const kt_reader *r, const char *text);
 typedef struct kt_stretch {
     int at, offset;
     kt_node *node;
-    int named; /* whose node it is; -1: that of the formula */
+    int named; /* index of the named formula that owns the node; -1: the node is that of the formula */
 } kt_stretch;
 
 /* A formula whose expressions are written out. */

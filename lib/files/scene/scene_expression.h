@@ -16,10 +16,10 @@ struct kt_named_number {
     int use_count;
     int missing; /* parameters that its expression uses and that have no value yet */
     bool is_known, is_angle;
-    bool is_used;      /* by a number or a formula, directly or through other parameters */
-    bool is_mentioned; /* by a parameter, used or not */
+    bool is_used;      /* used by a number or a formula, directly or through other parameters */
+    bool is_mentioned; /* mentioned by a parameter, used or not */
     bool varies;       /* the number depends on a variable (vary.h) */
-    bool is_set;       /* by an event */
+    bool is_set;       /* set by an event */
     bool is_assigned;  /* an event sets it or a number that it depends on. Formulas then see an auxiliary state of its
                           name (assignment.h) */
     uint32_t hidden_line, hidden_column; /* place of the first formula that has a variable of this name; 0: none */
@@ -40,9 +40,9 @@ bool kt_is_bare_expression(kt_reader *r, const char *text);
 /* Reads the expression of a node, which lives as long as the reading; NULL after reporting a fault. */
 const kt_expression *kt_expression_of_node(kt_reader *r, const kt_scope *scope, kt_node *node);
 
-/* Reads a formula without '='. Its names are those of `variables`, whose `find` comes first, and of parameters, which
- * it holds as numbers. The text in *text is the formula with numbers in place of parameters, and is kept. Reports a
- * fault and returns false. If `angle` is false, an angle is a fault. */
+/* Reads a formula without '='. Names in the formula are those of `variables`, whose `find` comes first, and of
+ * parameters, which it holds as numbers. The text in *text is the formula with numbers in place of parameters, and is
+ * kept. Reports a fault and returns false. If `angle` is false, an angle is a fault. */
 bool kt_read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_symbols *variables, bool angle,
                      const char **text);
 

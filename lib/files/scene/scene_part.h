@@ -28,7 +28,7 @@ typedef struct kt_item_read {
     void *items;
     kt_node **nodes;
     int index, count;
-    void *object; /* that has the list */
+    void *object; /* object that has the list */
 } kt_item_read;
 
 /* A list of items in an array of an object: the detail of a field of kt_kind_items. */
@@ -36,7 +36,7 @@ struct kt_items {
     const char *expected;       /* "a list of loops ('- {type: ..., between: ...}')" */
     const char *noun, *section; /* words for items that messages call by their names; NULL: by their indices */
     unsigned least;             /* items that a list must have */
-    int most;                   /* and that it may have; 0: any number */
+    int most;                   /* most items that a list may have; 0: any number */
     size_t size, array, count;  /* size of an item; offsets of the array and of its length, an int */
     size_t nodes;               /* offset in kt_scene_reading of the array of nodes; 0: it is not kept */
     bool flow;                  /* written in one line */
@@ -87,8 +87,8 @@ kt_quantity kt_joint_quantity(const kt_reader *r, const char *joint);
  * been reported already are left out. */
 void kt_check_description(kt_reader *r, const kt_description *description);
 
-/* Reads a format. It fills the scene, which holds the defaults, with data in reader->keep, and puts faults into the
- * reader. */
+/* Reads a format. The function fills the scene, which holds the defaults, with data in reader->keep, and puts faults
+ * into the reader. */
 typedef void kt_format(kt_reader *r, const char *path, const char *text, size_t size, const void *options,
                        kt_scene *scene);
 
@@ -111,7 +111,7 @@ typedef struct kt_mark {
 
 struct kt_scene_marks {
     const char *path;
-    const kt_mark *bodies, *loops; /* as the arrays of the description */
+    const kt_mark *bodies, *loops; /* marks in the order of the arrays of the description */
     kt_mark from;                  /* place of `initial.from`; line 0: the file does not have this key */
     const struct kt_named_file *files;
 };

@@ -1,4 +1,4 @@
-/* What the readers of a scene's parts share: names, parameters, nodes of items. */
+/* The parts that readers of a scene share: names, parameters, nodes of items. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SCENE_SCENE_READER_H
 #define KT_SCENE_SCENE_READER_H

@@ -1,4 +1,4 @@
-/* Quantities that follow from the state with the equations of motion, as variables of events. They have the names of
+/* Quantities that follow from the state with the equations of motion, as variables of events. The names are those of
  * columns: accelerations, reactions, angular velocities (scene_response.c). */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SCENE_SCENE_RESPONSE_H
@@ -41,7 +41,7 @@ typedef struct kt_responses {
     kt_simulation *simulation;
     double *a, *multiplier;
     kt_wrench *joint, *loop;
-    const kt_model *model; /* that they belong to */
+    const kt_model *model; /* model to which the wrenches belong */
     const kt_data *data;   /* with the motion */
 } kt_responses;
 

@@ -24,7 +24,7 @@ bool kt_read_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_vec3 
 bool kt_read_points(kt_reader *r, const kt_scope *scope, kt_node *node, int size, const kt_quantity *quantities,
                     const char *expected, const double **out, int *count);
 void kt_write_points(kt_emitter *e, const double *points, int size, int count);
-/* Reads numbers that stay in *out, because nothing else is concluded from them (vary.h). */
+/* Reads numbers that a variable may replace in *out later, since no other value follows from them (vary.h). */
 bool kt_put_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, double *out);
 bool kt_put_numbers(kt_reader *r, const kt_scope *scope, kt_node *node, int count, kt_quantity quantity,
                     const kt_quantity *quantities, double *out);

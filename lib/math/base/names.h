@@ -57,8 +57,8 @@ kt_name_text kt_name_quote(const char *name);
 
 /* A search for the candidate nearest to a name that does not exist, with the Damerau-Levenshtein distance. Insertions,
  * deletions, replacements and swaps of neighbours each count one; case does not count. The distance of a suggested
- * candidate is at most 4. It is also at most a third of the longer name's letters, or 1. Among equally near candidates,
- * the first one that was tried is suggested. */
+ * candidate is at most 4. The distance is also at most a third of the longer name's letters, or 1. Among equally near
+ * candidates, the first one that was tried is suggested. */
 typedef struct kt_nearest {
     const char *wanted;
     size_t length;

@@ -52,7 +52,7 @@ typedef struct kt_cone_problem {
     double enough;                /* the residual at which the cascade ends; 0: rounding */
 } kt_cone_problem;
 
-/* Which part of the cascade has succeeded. */
+/* The part of the cascade that has succeeded. */
 typedef enum kt_cone_round {
     KT_CONE_NEWTON,
     KT_CONE_SWEEPS,

@@ -67,7 +67,7 @@ struct kt_cone {
     int newton;
     double gain;   /* the largest impulse in the size of a residual, over the largest rate; 0: unbounded */
     double enough; /* the residual at which the cascade ends */
-    double fine;   /* that at which Newton's method ends, if its steps are slow */
+    double fine;   /* residual at which Newton's method ends, if its steps are slow */
     KT_ARENA_DECLARE(KT_CONE_FIELDS)
     KT_ARENA_DECLARE(KT_CONE_MATRICES)
     KT_ARENA_DECLARE(KT_CONE_MEMBER_FIELDS)

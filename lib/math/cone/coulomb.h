@@ -131,8 +131,8 @@ typedef struct kt_coulomb_system {
     X(int, nonzero, rows, "rows with an impulse")                                                                      \
     X(double, rate, rows, "rates")
 
-/* n items with `rows` rows in all. These are the rows and columns `line` of a matrix W with `stride` columns, by rows.
- * If W is NULL, `entry` computes its numbers. size: the magnitude to which rounding of u is relative. */
+/* n items with `rows` rows in all. Row k is row and column line[k] of a matrix W with `stride` columns, by rows. If W
+ * is NULL, `entry` computes its numbers. size: the magnitude to which rounding of u is relative. */
 typedef struct kt_coulomb {
     int n, rows, stride;
     int most; /* items that have room in matrices */

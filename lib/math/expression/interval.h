@@ -69,7 +69,7 @@ static kt_between interval_raise(double (*f)(double), kt_between x) {
     return interval_widened(y.lo, y.hi);
 }
 
-/* Bounds of sin over [lo, hi]. Its crests are at (4 n + 1) pi / 2. */
+/* Bounds of sin over [lo, hi]. The crests of sin are at (4 n + 1) pi / 2. */
 static kt_between interval_sin(kt_between x) {
     static const double pi = 3.14159265358979323846;
     const double slop = 4.0 * DBL_EPSILON * (1.0 + larger(fabs(x.lo), fabs(x.hi)));

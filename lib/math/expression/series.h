@@ -148,7 +148,7 @@ static void hyperbolic_of(const series *x, series *s, series *c) {
     pair_of(x, 1.0, s, c);
 }
 
-/* x' as a series. Its last coefficient is missing, and not used. */
+/* x' as a series. The last coefficient is missing, and not used. */
 static series rate_of(const series *x) {
     series z = constant(nothing);
     for (int k = 0; k < ORDER; k++)

@@ -161,7 +161,7 @@ KT_INLINE void kt_reflect_four(const double *restrict u, double t, int j, int m,
 
 /* Performs step j of the decomposition. Column `best` moves to position j. A reflector maps its rows j.., of squared
  * norm norm[j], onto (R_jj, 0, ...); this reflector is applied to all columns after it. The array norm holds the
- * squared norms of the columns' rows from j on, and afterwards from j + 1 on. They are recomputed at each column:
+ * squared norms of the columns' rows from j on, and afterwards from j + 1 on. The norms are recomputed at each column:
  * updated norms would lose their digits where the rank is decided. */
 KT_INLINE void kt_qr_step(const kt_qr *w, int m, int j, kt_index1 best, kt_real1 *norm) {
     assert(m == w->m && j >= 0 && j < m && j < w->k);
