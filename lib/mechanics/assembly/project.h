@@ -13,8 +13,8 @@
 
 /* The gap that counts as closed: after a step (from a position near to closed), and after a search. A search leaves
  * rounding or a gap that does not close. This was measured with six families of test/hard/band.py, assembled next to
- * their singular positions (d = 0 to 1e-6). Their energies do not change, in three digits, if KT_CLOSED_ASSEMBLED is
- * from 1e-13 to 1e-6. */
+ * their singular positions (d = 0 to 1e-6). The energies of these runs do not change, in three digits, if
+ * KT_CLOSED_ASSEMBLED is from 1e-13 to 1e-6. */
 #define KT_CLOSED_STEP 1e-12
 #define KT_CLOSED_ASSEMBLED 1e-9
 
@@ -67,7 +67,7 @@ void kt_residuals_to_right_hand_side(const kt_model *model, const kt_data *data,
 typedef struct kt_projection_limits {
     int steps;        /* at most */
     double gap;       /* to this gap, which may be 0, or to the rounding level */
-    double tolerance; /* to which the loops are closed, or the projection has failed */
+    double tolerance; /* tolerance to which the loops are closed, or the projection has failed */
 } kt_projection_limits;
 
 /* Projects q, then v, in place. Returns OPEN if q is not closed to the tolerance, or v is not (then *violation.gap is

@@ -31,8 +31,8 @@ static inline bool kt_loops_are_closed(const kt_model *model, const double *q, d
     return gap <= tolerance || gap <= kt_loops_rounding(model, q);
 }
 
-/* Whether the velocity equations of a group, or of all, are satisfied at q. Their violations are in `right`. The bound
- * is `tolerance` times the speeds of their terms, or rounding if that is more. */
+/* Whether the velocity equations of a group, or of all, are satisfied at q. The violations are in `right`. The bound is
+ * `tolerance` times the speeds of their terms, or rounding if that is more. */
 bool kt_group_velocities_fit(const kt_model *model, const kt_data *data, size_t g, double t, const double *q,
                              const double *v, double tolerance);
 bool kt_velocities_fit(const kt_model *model, const kt_data *data, double t, const double *q, const double *v,

@@ -117,7 +117,7 @@ void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const doubl
 bool kt_parameter_stands(const kt_model *model, const kt_parameter *parameter);
 
 /* loop_place.c: the place of a loop's end on the world, as six numbers x (KT_PARAMETER_LOOP_PLACE). The first function
- * returns that end. It returns -1 if no end lies on the world, if the loop bounds a side, or if the loop counts an
+ * returns that end. The result is -1 if no end lies on the world, if the loop bounds a side, or if the loop counts an
  * angle from the start. The check reports places that the plane of the loop does not have. */
 enum { KT_PLACE_COUNT = 6 };
 int kt_loop_place_end(const kt_loop_record *r);

@@ -27,7 +27,7 @@ enum { KT_NAMES_OF_BODIES = -1 };
 typedef struct kt_ordered {
     const kt_description *description;
     const kt_names *names;  /* names of bodies, and of markers where there are loops, to indices in the description */
-    const int32_t *body_of; /* from these to bodies */
+    const int32_t *body_of; /* indices from the description to bodies */
     size_t count;           /* number of bodies, without the ground */
 } kt_ordered;
 

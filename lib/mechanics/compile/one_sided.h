@@ -13,7 +13,7 @@ void kt_contacts_link(const kt_description *expanded, int32_t *first, kt_model *
 
 /* Describes a loop of an expanded description. */
 typedef struct kt_hard_loop {
-    int32_t effect; /* whose friction sticks by it, or the contact with friction that it is; -1: none */
+    int32_t effect; /* effect whose friction sticks by the loop, or the contact with friction that it is; -1: none */
     bool released;  /* at first: the loop or its effect is switched off, or it is the friction of a contact */
 } kt_hard_loop;
 

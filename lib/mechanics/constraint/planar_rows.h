@@ -3,8 +3,8 @@
  *
  * J u = (-u_y, u_x) is u rotated by a right angle, so that w x u = w J u. The velocities alone give no angular
  * acceleration in a plane. Let d = p2 - p1 be the vector between the ends' points. The ends have the angular velocities
- * w1 and w2. Their points have the accelerations a1 and a2 that the velocities alone give. Let u = d' - w1 J d. For a
- * row
+ * w1 and w2. The ends' points have the accelerations a1 and a2 that the velocities alone give. Let u = d' - w1 J d. For
+ * a row
  *   along e       phi   = e . d + constant
  *                 phi'' = e . (a2 - a1 - 2 w1 J u + w1^2 d)
  *   rotation      phi   = k p,  p = 4 tan(theta / 4)

@@ -9,9 +9,9 @@
 /* Rows of the wrenches W of a group: six of each joint, and of each loop six and its relation. Moments come first. */
 enum { KT_STRESS_JOINT = 6, KT_STRESS_LOOP = 7, KT_STRESS_RELATION = 6 };
 
-/* A group has k equations of loops that hold both ways, in m coordinates. Of them `redundant` depend on others at
- * generic positions. There is room for `most` self-stresses, which are the columns of N and W: two more are found at
- * singular positions. W has at most `rows` rows. */
+/* A group has k equations of loops that hold both ways, in m coordinates. At generic positions, `redundant` of these
+ * equations depend on others. There is room for `most` self-stresses, which are the columns of N and W: two more are
+ * found at singular positions. W has at most `rows` rows. */
 #define KT_STRESS_FIELDS(X)                                                                                            \
     X(double, a, s->m * s->k, "A' in the units of rows and coordinates, then its factors")                             \
     X(double, tau, s->k, "of their reflectors")                                                                        \

@@ -152,7 +152,7 @@ typedef struct kt_input {
  * first joint or body at fault. */
 kt_status kt_input_check(const kt_model *model, const kt_input *input, kt_error *error);
 
-/* Returns the error of a state at time t that is not finite. Its message names the number at fault, or reports that a
+/* Returns the error of a state at time t that is not finite. The message names the number at fault, or reports that a
  * number is too large. */
 kt_status kt_input_reject_not_finite(const kt_model *model, double t, const kt_input *input, kt_error *error);
 /* Sets the error for a degree of freedom that loops permit and that has no inertia, with the remedy. The remedy names a

@@ -19,7 +19,7 @@ typedef enum kt_gap_form {
 /* Such an effect. */
 typedef struct kt_gap_source {
     const kt_effect_record *effect;
-    const kt_link *link; /* whose coordinates alone its gap depends on; NULL: the gap is that of frames */
+    const kt_link *link; /* link whose coordinates alone decide the gap; NULL: the gap is that of frames */
     int32_t q, v;        /* first indices of these coordinates */
     kt_gap_form form;
     int32_t count;   /* for the first effect of a row: how many there are (row_goes_on in gaps.c) */

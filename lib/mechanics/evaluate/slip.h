@@ -72,7 +72,7 @@ typedef struct kt_slip_problem {
     bool has_friction; /* the last accelerations contain friction: */
     kt_status status;  /* status of the evaluation of normal forces, */
     double t;          /* at this time, */
-    kt_error *error;   /* and with this error */
+    kt_error *error;   /* with this error */
     bool found;        /* all directions of slow slip are found */
     bool wide;         /* predictions have the length of fixed steps (slip_prediction.c) */
     double slow_time;  /* an input of simulations: tau0 of adaptive steps, s */
@@ -86,7 +86,7 @@ typedef struct kt_slip_problem {
     kt_coulomb_solution to;      /* the part of `all` of the present island */
     const kt_loop_record *loops; /* loops of the model whose contacts are in `contact`, */
     const kt_effect_record *effects;
-    uint64_t slips; /* and its kt_model.slips */
+    uint64_t slips; /* kt_model.slips of that model */
     KT_ARENA_DECLARE(SLIP_FIELDS)
     KT_ARENA_DECLARE(SLIP_SLOW_FIELDS)
 } kt_slip_problem;
@@ -151,9 +151,9 @@ double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows);
 /* Returns tau of slip of this speed that has these tau0 and s0. */
 double kt_slip_time_at_speed(double speed, double tau0, double s0);
 
-/* Writes predicted directions of slow slip to p->to.e, for the present island. Its W and its rates without friction are
- * inputs. If `wide`, contacts under fixed steps have the length of these steps as tau0. Returns false if there is no
- * solution. */
+/* Writes predicted directions of slow slip to p->to.e, for the present island. The island's W and its rates without
+ * friction are inputs. If `wide`, contacts under fixed steps have the length of these steps as tau0. Returns false if
+ * there is no solution. */
 bool kt_slip_predict(const kt_data *data, kt_slip_problem *p, bool wide);
 /* Whether some of the last directions were predicted with the length of fixed steps. */
 bool kt_slip_predicts_wide(const kt_data *data, const kt_slip_problem *p);

@@ -1,4 +1,4 @@
-/* A constraint group of few equations and many links (a rope that is held at both ends). Its links stay links of the
+/* A constraint group of few equations and many links (a rope that is held at both ends). The links stay links of the
  * tree, for which the articulated-body recursion provides the inverse of M. Only the multipliers are found as a whole.
  *
  * The equations are A x = b'', k of them. With B = A' C such that B'B = 1 and the applied forces f = tau - h,

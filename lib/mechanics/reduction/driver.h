@@ -38,8 +38,8 @@ KT_INLINE void kt_links_motion(const kt_model *model, kt_data *data, const kt_re
         KT_KERNEL(kt_spatial_links_motion)(model, data, q, v, external, end);
 }
 
-/* Minimises dv' M dv / 2 - force' dv with A dv = right. These are the equations of motion at rest without gravity, with
- * dv for the accelerations. Returns false if the inertia is singular. zero: nv zeros. */
+/* Minimises dv' M dv / 2 - force' dv with A dv = right. The conditions of this minimum are the equations of motion at
+ * rest without gravity, with dv for the accelerations. Returns false if the inertia is singular. zero: nv zeros. */
 KT_INLINE bool kt_links_step_of_mass(const kt_model *model, kt_data *data, const kt_real1 *zero, const kt_real1 *force,
                                      kt_real1 *step) {
     const size_t end = kt_spatial_end(model);

@@ -14,7 +14,7 @@
  *                       p = Q (y, p2), R1' y = e: the parameters are p2 from here on.
  *
  *   keeps coupled ones with T' = Q [R; 0] of all active links, the last parameters of Q'p are free: no later link or
- * loop depends on them. Their values minimise the energy, p_u = H_uu^-1 (g_u - H_ut p_t).
+ * loop depends on them. The values of free parameters minimise the energy, p_u = H_uu^-1 (g_u - H_ut p_t).
  *                       If they are few, Q is replaced by as few reflectors that separate the same spaces.
  *
  * After the last link nothing is kept, and a backward pass through the steps yields x. If the parent accelerates, the
@@ -22,9 +22,9 @@
  * wrench.
  *
  * An equation can be small at a step although its usual size is not small. If a later step completes redundant
- * equations, such an equation becomes a delayed row. Its slot holds D and the constant part like T and t. The later
- * step may determine the same motion far better. An example are three wheels joined by three rods, with one wheel at
- * its dead centre.
+ * equations, such an equation becomes a delayed row. The row's slot holds D and the constant part like T and t. The
+ * later step may determine the same motion far better. An example are three wheels joined by three rods, with one wheel
+ * at its dead centre.
  *
  * All changes of parameters are orthogonal, so the equations of the loops are those of the dense reduction times
  * orthogonal factors. The rank of a loop's equations refers to the motions that close all earlier loops. Only the
@@ -192,8 +192,8 @@ static inline void kt_front_find(const kt_model *model, kt_data *data, size_t g,
 
 #ifndef KT_LANES
 
-/* The results that a step keeps for the backward pass, with lengths from its counts. Their order is that in which the
- * counts are found. */
+/* The results that a step keeps for the backward pass, with lengths from its counts. The order of results is that in
+ * which the counts are found. */
 typedef struct kt_front_factor {
     double *motion;           /* T_i', a vector of `params` a component */
     double *rows, *scale, *y; /* D', rows of `params`, factored; reflectors; y */

@@ -27,9 +27,9 @@ typedef struct kt_front4_step {
 
 static inline size_t kt_front4_count(size_t steps) { return steps * sizeof(kt_front4_step) / sizeof(double); }
 
-/* Writes the accelerations of a group on the ground to a; without tau the least solution of A x = right. Its equations
- * have been filled and its bias is computed (planar_group.h). Returns false if the group is left to front_factor.c.
- * Sets the same data as kt_front_factor, for the equations data->factored. */
+/* Writes the accelerations of a group on the ground to a; without tau the least solution of A x = right. The group's
+ * equations have been filled and its bias is computed (planar_group.h). Returns false if the group is left to
+ * front_factor.c. Sets the same data as kt_front_factor, for the equations data->factored. */
 #define KT_FRONT4_DECLARE(isa)                                                                                         \
     bool kt_front4_solve_##isa(const kt_model *model, kt_data *data, size_t g, const double *tau, double *a);
 KT_EACH_ISA(KT_FRONT4_DECLARE)

@@ -1,4 +1,4 @@
-/* The vectors of a front, four lanes at a time. Their length is the number of parameters, ten or so. Sums one after the
+/* The vectors of a front, four lanes at a time. Each length is the number of parameters, ten or so. Sums one after the
  * other would wait for each addition, and loops of any length would be mostly remainders. Therefore lengths are rounded
  * up to whole lanes. The entries behind the end of a vector are finite; behind the end of a reflector they are zero.
  */

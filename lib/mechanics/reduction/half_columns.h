@@ -1,5 +1,5 @@
-/* A dense group of closed contacts in range space. Its links stay links of the tree, for which the articulated-body
- * recursion provides M^-1, and the multipliers follow from the few equations:
+/* A dense group of closed contacts in range space. The links of the group stay links of the tree, for which the
+ * articulated-body recursion provides M^-1, and the multipliers follow from the few equations:
  *
  *     A x = b'',   x = M^-1 (f + A' lambda),   S lambda = b'' - A M^-1 f,   S = A M^-1 A'
  *
@@ -51,8 +51,8 @@ static inline size_t kt_half_response_count(size_t nv, size_t count) { return (c
 /* kt_half_prepare chooses the equations of a group that have been filled. Returns false if the null space must solve
  * the group.
  *
- * kt_half_store stores the terms of a link of the group, whose articulated inertia is x. It also eliminates a free
- * link, whose factors are these terms, and returns true; false if the link has no inertia, or is not free.
+ * kt_half_store stores the terms of a link of the group, whose articulated inertia is x. The function also eliminates a
+ * free link, whose factors are these terms, and returns true; false if the link has no inertia, or is not free.
  *
  * kt_half_lock treats the link of a group that a stop locks: its acceleration is known, and the inertia that it passes
  * on is not projected. Stores the terms of its multiplier, as kt_group_assemble does.

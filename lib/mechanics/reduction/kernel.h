@@ -28,8 +28,8 @@ typedef struct kt_reduction_kernels {
     bool (*prepare)(const kt_model *model, kt_data *data, kt_rows rows, bool regular);
     /* Fills the equations with the right-hand sides b'' of the accelerations. */
     void (*fill)(const kt_model *model, kt_data *data, double t, const double *q, const double *v);
-    /* Computes the least step (nv) with A step = right, as last factored. It is the least in coordinates (then only
-     * those of groups change), or in kinetic energy less force . step. Returns false if the inertia is singular. */
+    /* Computes the least step (nv) with A step = right, as last factored. The least is in coordinates (then only those
+     * of groups change), or in kinetic energy less force . step. Returns false if the inertia is singular. */
     bool (*least_step)(const kt_model *model, kt_data *data, kt_metric metric, const double *force, double *step);
     /* Writes A x of a group that is reduced by fronts (front.h) into out (k); if size is not NULL, also the largest
      * terms. */
@@ -42,9 +42,9 @@ typedef struct kt_reduction_kernels {
     bool (*damp)(const kt_model *model, kt_data *data, size_t g, const double *gap, double damping, double *step);
     /* A vector of the basis of such a group's null space (nv, only of its coordinates). */
     void (*nullspace)(const kt_model *model, kt_data *data, size_t g, int column, double *x);
-    /* Computes the multipliers of all equations for accelerations a, in the groups' work memory. They are those of the
-     * state of the last `forward`, whose velocities are v. Leaves the accelerations of the links, minus gravity. NULL
-     * in the table for planar links. */
+    /* Computes the multipliers of all equations for accelerations a, in the groups' work memory. The multipliers are
+     * those of the state of the last `forward`, whose velocities are v. Leaves the accelerations of the links, minus
+     * gravity. NULL in the table for planar links. */
     void (*multipliers)(const kt_model *model, kt_data *data, const double *v, const double *a);
     /* Computes the null spaces of the groups' equations as last factored, into their work memory; likewise NULL. */
     void (*basis)(const kt_model *model, kt_data *data);

@@ -64,8 +64,8 @@ typedef struct kt_gap {
 } kt_gap;
 
 /* A type is one file, compiled for values and once more for derivatives: const kt_effect_kind
- * KT_EFFECT(kt_effect_spring). Its descriptor is compiled once and has its keys. The ends, the joint and the functions
- * of time that the type reads follow from the keys. */
+ * KT_EFFECT(kt_effect_spring). The descriptor of a kind is compiled once and has its keys. The ends, the joint and the
+ * functions of time that the type reads follow from the keys. */
 typedef struct kt_effect_kind {
     /* Reports faults that the ranges of the keys do not cover; NULL: none. */
     void (*check)(kt_checker *checker, const kt_effect *effect);

@@ -56,8 +56,8 @@ KT_INNER int kt_joint_elements(const kt_joint *joint, kt_element *elements);
 KT_INNER void kt_joint_measure(kt_joint_type type, const kt_joint_axes *axes, const kt_joint_motion *motion,
                                const double *near, double *q, double *v, double *a);
 
-/* Returns a wrench on the body (about its origin), and opposite on its parent, in the axes of the joint frame. Its
- * power is tau . v in every motion that the joint allows. */
+/* Returns a wrench on the body (about its origin), and opposite on its parent, in the axes of the joint frame. The
+ * power of the wrench is tau . v in every motion that the joint allows. */
 KT_INNER kt_wrench kt_joint_wrench(kt_joint_type type, const kt_joint_axes *axes, const kt_pose *pose,
                                    const double *tau);
 

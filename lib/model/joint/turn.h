@@ -1,6 +1,6 @@
-/* Quaternions among positions, of one state and, with KT_LANES, of several states at once (algebra/real3.h). Their
- * rates follow from velocities, and their norms become 1. Gradients by positions become gradients by rotations xi in
- * the body frame, or the reverse. A quaternion p changes by dp = p o (0, xi) / 2 (sensitivity/tangent.c). */
+/* Quaternions among positions, of one state and, with KT_LANES, of several states at once (algebra/real3.h). The rates
+ * of quaternions follow from velocities, and their norms become 1. Gradients by positions become gradients by rotations
+ * xi in the body frame, or the reverse. A quaternion p changes by dp = p o (0, xi) / 2 (sensitivity/tangent.c). */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_JOINT_TURN_H
 #define KT_JOINT_TURN_H

@@ -9,7 +9,7 @@
 #include "base/isa.h"
 
 #ifdef KT_LANES
-typedef kt_real3 kt_vector; /* the vector of several states from which loop.h makes ends and rows */
+typedef kt_real3 kt_vector; /* vector type from which loop.h makes ends and rows of several states */
 #endif
 
 #include "loop/loop.h"

@@ -11,9 +11,9 @@
 enum { KT_LOOP_ROW_MAX = 6 };
 
 /* One end of a loop, in world axes. Positions and velocities are relative to the origin of the nearest common ancestor
- * of both ends, as if that origin were at rest. The ancestor's angular velocity is included. Its accelerations are not,
- * as a motion of both ends together changes no loop. alpha and linear are the accelerations for zero joint
- * accelerations. Only the reduction reads these; the equations do not. */
+ * of both ends, as if that origin were at rest. The ancestor's angular velocity is included. The ancestor's
+ * accelerations are not, as a motion of both ends together changes no loop. alpha and linear are the accelerations for
+ * zero joint accelerations. Only the reduction reads these; the equations do not. */
 typedef struct kt_loop_end {
     kt_vector axes[3]; /* z is `axis` (second end: `axis2`, where the type has it) */
     kt_vector point;

@@ -10,7 +10,7 @@
  *
  * beta counts no whole turns. If the ends turn about parallel axes, the joints count the turn T_k of each
  * (kt_loop_end), and beta_k + T_k is the angle psi of d in the frame of the ancestor, with a sign of z_1 . z_2 and a
- * constant. Its whole turns then change c_1 beta_1 + c_2 beta_2 by a multiple of 2 pi (c_1 +- c_2) alone.
+ * constant. Whole turns of psi then change c_1 beta_1 + c_2 beta_2 by a multiple of 2 pi (c_1 +- c_2) alone.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_LOOP_PLANE_ANGLE_H

@@ -16,7 +16,7 @@ typedef struct kt_formula_names {
     const char *coordinate;                        /* coordinate of a loop, in which the effect acts; NULL: none */
     kt_variable variable[KT_FORMULA_VARIABLE_MAX]; /* type may be KT_VARIABLE_LENGTH, KT_VARIABLE_SPEED */
     int count;
-    bool full;       /* there are more */
+    bool full;       /* more names than there is room for */
     bool quaternion; /* a component of a quaternion is among them */
     bool gravity;    /* a gravity force is among them */
     char shown[600]; /* the name that was listed last */

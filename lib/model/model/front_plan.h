@@ -31,11 +31,11 @@ typedef struct kt_front_term {
 typedef struct kt_front_plan {
     int32_t step;             /* the first of its steps, one a link */
     int32_t slots, relations; /* how many there are at most: links, equations */
-    int32_t delayed_most;     /* and equations that a step passes on: KT_FRONT_DELAYED_MOST or none */
+    int32_t delayed_most;     /* the most equations that a step passes on: KT_FRONT_DELAYED_MOST or none */
     int32_t width, stride;    /* the largest number of parameters, without and with the parent's, in whole lanes */
     size_t vectors;           /* in slots, of an acceleration's components and of equations */
-    size_t shared;            /* where the arrays that all steps share begin among the group's matrices */
-    size_t count;             /* number of the numbers that the plan needs in the data */
+    size_t shared;            /* place of the arrays that all steps share, among the group's matrices */
+    size_t count;             /* count of numbers that the plan needs in the data */
 } kt_front_plan;
 
 /* The number of components of an acceleration in space; in a plane, half as many. The number of equations that

@@ -13,7 +13,7 @@
 typedef struct kt_curve {
     kt_function_type type;
     int count;         /* polynomial: coefficients; table: rows; sum, product: parts */
-    size_t first;      /* where its numbers begin; those of a sum or product begin with its parts' curves */
+    size_t first;      /* first of its numbers; for a sum or product, these begin with the curves of its parts */
     double a, b, c, d; /* constant: a; sine: a + b sin(c t + d); ramp: from a to b between t = c and t = d; bump: of
                           height a between t = c and t = d */
 } kt_curve;
@@ -38,8 +38,8 @@ static inline bool kt_curve_rests(const kt_curve *curve) {
  * function that is not given (KT_FUNCTION_NONE) is zero. */
 void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, double out[3]);
 
-/* The size of the terms whose sum is the first derivative at t. Its rounding error is a small part of this size, even
- * if the terms cancel, as at the crest of a sine. */
+/* The size of the terms whose sum is the first derivative at t. The rounding error of the sum is a small part of this
+ * size, even if the terms cancel, as at the crest of a sine. */
 double kt_curve_speed(const kt_curve *curve, const double *numbers, double t);
 
 /* A breakpoint: a time at which a derivative jumps. */

@@ -171,18 +171,18 @@ struct kt_model {
     kt_forward_call *forward;
     kt_forward_call *unloaded; /* where friction comes from loads: `forward` without this friction */
     void (*place_slip)(const kt_model *model, kt_data *data); /* places kt_data.slip_work; NULL: nothing slips */
-    kt_forward_call *steady; /* where masses vary: `forward` of the model of an instant */
+    kt_forward_call *steady; /* `forward` of the model of an instant, for masses that vary */
     size_t found_massless;   /* while it is built: how many coordinates will be `massless` */
     size_t damped;           /* how many of the combinations of `massless` dampers resist: the first ones */
     const struct kt_reduction_kind *reduction;        /* how the equations of loops are solved (constraint/group.h) */
-    const struct kt_reduction_kernels *group_kernels; /* with which recursions (reduction/kernel.h) */
+    const struct kt_reduction_kernels *group_kernels; /* recursions of the groups (reduction/kernel.h) */
     kt_metric metric;
     kt_structure structure;
     unsigned excluded_forms;
-    kt_sweep sweep;      /* which links there are: spatial, planar or both */
+    kt_sweep sweep;      /* kinds of the links: spatial, planar or both */
     double length;       /* length of the longest loop, once around: the scale of lengths */
-    double tolerance;    /* that of the description: by which loops may contradict each other (compile/rank.c) */
-    double disagreement; /* by which they do, with the increase that motion may cause; 0: they do not */
+    double tolerance;    /* tolerance of the description: by which loops may contradict each other (compile/rank.c) */
+    double disagreement; /* largest contradiction of loops, with the increase that motion may cause; 0: none */
     double rounding;     /* relative gaps that given lengths leave by their rounding (assembly/rounding.h) */
     bool exceeds_caches; /* the model has more than KT_LINKS_NEAR links */
     bool ordered;        /* velocity coordinates have the order of the links */
@@ -288,9 +288,9 @@ typedef struct kt_link_kinematics {
     kt_vec3 offset, omega, alpha, linear, position, velocity; /* as in kt_link_motion, without gravity */
 } kt_link_kinematics;
 
-/* The motion of a link that carries forces. Its position is base + local: from the world's origin to the origin of the
- * tree, and from this origin to the link. Because of this split, distances within a tree lose no digits far from the
- * world's origin. */
+/* The motion of a link that carries forces. The position of the link is base + local: from the world's origin to the
+ * origin of the tree, and from this origin to the link. Because of this split, distances within a tree lose no digits
+ * far from the world's origin. */
 typedef struct kt_force_frame {
     kt_link_motion link; /* poses and angular velocity only */
     kt_real3 base, local, velocity;
@@ -345,7 +345,7 @@ typedef struct kt_front_count {
     int32_t params, rows, rank, left, kept, reflectors, vectors;
     int32_t first;             /* the equations' place among the group's pivots */
     int32_t received, delayed; /* equations delayed until this step, and by it */
-    int32_t received_row[KT_FRONT_DELAYED_MOST], delayed_row[KT_FRONT_DELAYED_MOST]; /* which */
+    int32_t received_row[KT_FRONT_DELAYED_MOST], delayed_row[KT_FRONT_DELAYED_MOST]; /* rows of the delayed equations */
     double last; /* size of the last independent equation */
 } kt_front_count;
 
@@ -368,8 +368,8 @@ typedef struct kt_front_count {
     X(kt_real1, cosine, kt_lanes8(n->angle), "of all angles")                                                          \
     X(kt_real1, sine, kt_lanes8(n->angle), "of all angles")
 
-/* The frame in which friction of a hard contact acts. It has the plane's axes, and the point relative to the origins of
- * the sphere's body and the plane's, and of their links. */
+/* The frame in which friction of a hard contact acts. The frame has the plane's axes, and the point relative to the
+ * origins of the sphere's body and the plane's, and of their links. */
 typedef struct kt_slip_frame {
     kt_vec3 axis[2], arm[2], lever[2];
 } kt_slip_frame;
@@ -507,7 +507,7 @@ struct kt_data {
     double difference_error;    /* since the last call of kt_data_difference_error */
     double correction, fastest; /* the largest change of a velocity by the last projection, and the largest velocity of
                                    these coordinates, each over model->unit, 1/s */
-    int32_t corrected_v;        /* that velocity */
+    int32_t corrected_v;        /* the velocity of which `correction` is the change */
     uint32_t unconverged;       /* directions of slow slip that were not found (evaluate/slip.c), since a simulation has
                                    counted them */
     /* Multipliers that reactions follow from, in place of those that are found, in the form of kt_multiplier_evaluate;

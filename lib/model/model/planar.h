@@ -1,9 +1,9 @@
 /* Trees that move in a plane, and the data of the planar kernels.
  *
- * A tree is a joint on the ground with all links that it carries. It is planar if all its joints are revolute about one
- * direction n, or prismatic along a normal to n. Masses and forces may have any direction and position: their
- * components out of the plane appear in reactions only. Trees with the same n share a *plane*: a right-handed basis
- * (e1, e2, n) in the world. Planar links come last, plane by plane: the links [n.spatial, n.link). Link i has
+ * A tree is a joint on the ground with all links that it carries. A tree is planar if all its joints are revolute
+ * about one direction n, or prismatic along a normal to n. Masses and forces may have any direction and position:
+ * their components out of the plane appear in reactions only. Trees with the same n share a *plane*: a right-handed
+ * basis (e1, e2, n) in the world. Planar links come last, plane by plane: the links [n.spatial, n.link). Link i has
  * the *planar index* i - n.spatial + 1. Planar index 0 is the ground, with the gravity of the plane that is being
  * swept.
  *
@@ -22,7 +22,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Which links a model has. */
+/* The kinds of links that a model has. */
 typedef enum kt_sweep { KT_SWEEP_SPATIAL = 0, KT_SWEEP_PLANAR, KT_SWEEP_MIXED, KT_SWEEP_COUNT } kt_sweep;
 
 typedef struct kt_plane {

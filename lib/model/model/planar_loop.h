@@ -41,7 +41,7 @@ typedef struct kt_planar_row {
 /* A loop in its plane. Relations of joint positions have none of these data. */
 typedef struct kt_planar_loop {
     double arm[2][2]; /* from the ends' links' origins to their points, at q = 0 */
-    double origin[2]; /* to which positions on the paths are relative, as in kt_loop_record */
+    double origin[2]; /* origin of positions on the paths, as in kt_loop_record */
     int32_t link[2];  /* planar indices of the links of the ends */
     int32_t ancestor; /* planar index of the link that carries both */
     double c, s;      /* cosine, sine of the angle between the ends' directions (from end 1) at q = 0 */

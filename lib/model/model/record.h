@@ -1,6 +1,6 @@
 /* The records of a compiled model: links, bodies, loops, effects.
  *
- * The records form two trees. The recursions sweep the *links*, each with one elementary joint. Its motion is about or
+ * The records form two trees. The recursions sweep the *links*, each with one elementary joint. The motion is about or
  * along a coordinate axis of the link's own frame, or spherical, or free (motion.h). A joint of more than one axis is a
  * short chain of massless links, and bodies fixed to one another share a link. The *bodies* are the caller's: each is a
  * frame fixed in its link. Link and body 0 are the ground; a parent precedes its children in both trees.
@@ -113,8 +113,8 @@ typedef struct kt_loop_record {
     int32_t type;    /* kt_loop_type */
     int32_t kind;    /* index of the type in the list of kinds */
     int32_t source;  /* index in the description */
-    int32_t body[2]; /* on which the ends are */
-    int32_t link[2]; /* on which the ends are; of relations: the first joint's, and 0 */
+    int32_t body[2]; /* bodies of the ends */
+    int32_t link[2]; /* links of the ends; for relations: the first joint's, and 0 */
     bool counted;    /* wheels: joints count the turns of the ends; here, as every evaluation reads it */
     kt_pose
         frame[2]; /* ends in their links' frames, z along `axis`; if the type has an axis2, the second's z along that */
@@ -152,7 +152,7 @@ typedef struct kt_loop_record {
     double period;     /* after which residuals repeat; 0: never */
     double slope[3];   /* parting, axial and tangential force of teeth for each unit of the multiplier */
     double tension;
-    size_t turn; /* where the signs with which the joints on both paths count turns begin among the numbers */
+    size_t turn; /* index, among the numbers, of the signs with which the joints on both paths count turns */
 
     int32_t joint;   /* kt_joint_type of the coordinates that records have; 0: none */
     kt_vec3 axis[2]; /* axes of this joint */
@@ -165,11 +165,11 @@ typedef struct kt_loop_record {
     bool poisson;                      /* for a loop that bounds a side: its restitution is of impulses */
     int32_t friction;                  /* the effect whose sticking it is, from 1; 0: none */
     int32_t rubs;                      /* for a contact with friction: its effect, from 1; 0: none */
-    int32_t slips;                     /* that effect, in models in which the contact slips (evaluate/slip.c) */
+    int32_t slips;                     /* the contact's effect in models in which it slips (evaluate/slip.c) */
 } kt_loop_record;
 
-/* Whether the loop is switched off. Such a loop is in no group, and has no rows. Its term_count is -1, as in a relation
- * without terms, so that derivatives of frames leave the loop out. */
+/* Whether the loop is switched off. Such a loop is in no group, and has no rows. The loop's term_count is -1, as in a
+ * relation without terms, so that derivatives of frames leave the loop out. */
 static inline bool kt_loop_is_off(const kt_loop_record *loop) { return loop->group < 0; }
 
 /* Whether its equation depends on time. */
@@ -183,7 +183,7 @@ typedef struct kt_term_record {
     double coefficient;
 } kt_term_record;
 
-/* Which equations of a group: all equations, for velocities and accelerations; or the equations with a residual, for
+/* The equations of a group to be used: all, for velocities and accelerations; or the equations with a residual, for
  * positions. */
 typedef enum kt_rows { KT_ROWS_ALL = 0, KT_ROWS_CLOSED, KT_ROWS_COUNT } kt_rows;
 
@@ -235,7 +235,7 @@ typedef struct kt_group {
     bool has_armature;               /* a joint of it has */
     bool balanced;                   /* the group's equations are solved in the units of their rows and coordinates */
     kt_redundancy redundancy;        /* whether its reactions are unique (constraint/self_stress.h) */
-    double stress_length;            /* by which moments are divided where they are not */
+    double stress_length;            /* length by which moments are divided where reactions are not unique */
     size_t stress;                   /* first byte in data->stress */
     bool ranges;                     /* closed contacts may be solved in range space (reduction/half_columns.h) */
     size_t dense;                    /* first number in data->dense */
@@ -243,8 +243,8 @@ typedef struct kt_group {
     kt_front_plan front;
 } kt_group;
 
-/* An island: constraint groups whose forces change the accelerations of each other. Their links are on the same base,
- * or on bases that groups connect. A force in one island changes no acceleration in another. */
+/* An island: constraint groups whose forces change the accelerations of each other. The links of the groups are on the
+ * same base, or on bases that groups connect. A force in one island changes no acceleration in another. */
 typedef struct kt_island {
     int32_t v, v_count; /* in model->island_coordinate: the coordinates of all links on its bases */
     int32_t side, dry;  /* numbers of loops that bound a side, and of friction of joints that sticks */
@@ -282,7 +282,7 @@ typedef struct kt_island {
 typedef struct kt_relative_record {
     int32_t type;             /* kt_relative; 0: none */
     int32_t loop;             /* index in the description */
-    int32_t component;        /* which of the loop's coordinates it is */
+    int32_t component;        /* number among the loop's coordinates */
     int32_t term, term_count; /* in model->term: the links that count turns */
     double angle, per_length; /* an angle is near the sum of the terms, d_z per_length (a screw's 1 / pitch) and this */
     double zero;              /* universal: the direction from which it is counted */
@@ -310,7 +310,7 @@ typedef struct kt_path_link {
 typedef struct kt_effect_record {
     int32_t type;          /* kt_effect_type */
     int32_t source;        /* index in the description */
-    int32_t body[2];       /* on which the ends are */
+    int32_t body[2];       /* bodies of the ends */
     int32_t link[2];       /* links of the ends; for joint effects, link[0] is the joint's */
     int32_t force_link[2]; /* the links' indices in model->force_link */
     int32_t ends;          /* 1 or 2; 0: a joint */
