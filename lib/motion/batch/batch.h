@@ -34,7 +34,7 @@ typedef struct kt_batch_work {
     kt_batch *batch;
     kt_data *data;                          /* data of one state */
     uint64_t in_lanes, alone_count, failed; /* as in kt_batch_report */
-    const kt_model *put;                    /* whose numbers all lanes have, NULL if they differ; and its revision */
+    const kt_model *put;                    /* model whose numbers all lanes have, NULL if they differ; its revision */
     uint64_t revision;
     KT_ARENA_DECLARE(KT_BATCH_WORK_FIELDS)
 } kt_batch_work;

@@ -78,7 +78,7 @@ typedef struct kt_lane_kernels {
      * columns of its Jacobian to out[lane], for the lanes that have one. */
     void (*frame)(const kt_model *model, void *work, const kt_lane_frame *frame, double *motion);
     void (*jacobian)(const kt_model *model, void *work, const kt_lane_frame *frame, double *const *out);
-    /* Computes kinetic and potential energy of the bodies, a number for each lane. They are those of kt_kinetic_energy
+    /* Computes kinetic and potential energy of the bodies, a number for each lane. Both are those of kt_kinetic_energy
      * and kt_potential_energy for models without armature, after kt_kinematics_update without accelerations. The array
      * `zero` has as many zeros as there are velocities. Returns the lanes whose motion is finite. */
     kt_lane_mask (*energy)(const kt_model *model, void *work, const double *q, const double *v, const double *zero,
@@ -122,7 +122,7 @@ typedef struct kt_lane_kernels {
     void (*lift_transposed)(const kt_model *model, void *work, const double *q, const double *by_q, double *by_xi);
 } kt_lane_kernels;
 
-/* Whether a model with loops is computed in lanes. Its groups must be pins (reduction/pin.h), dense matrices of some
+/* Whether a model with loops is computed in lanes. Groups must be pins (reduction/pin.h), dense matrices of some
  * coordinates, or in the form of Delassus (reduction/delassus.h). No equation may be a formula or a caller's. */
 bool kt_lanes_fit_model(const kt_model *model);
 

@@ -160,7 +160,7 @@ struct kt_contacts {
     bool present;           /* slow slip has its present directions in reactions, not predicted ones */
     bool holds_slow;        /* with `holds`: all are held that slip about as fast as `wedged`, or slower */
     bool frees;             /* contacts that are held at rest may slip, since no reactions hold them */
-    int wedged;             /* this contact */
+    int wedged;             /* the contact that friction wedges */
     bool strikes;           /* speeds of drives jump: contacts that are closed do not bounce */
     bool stops;             /* ends of slip accumulate: contacts that slip below their rest velocity come to rest */
     kt_contact_retry retry; /* tries of the present step */
@@ -302,9 +302,9 @@ static inline double kt_contacts_own(const struct kt_contacts *c, const double *
 double kt_contact_rate(const struct kt_contacts *c, const double *W, int k, double *size);
 double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int k, double *size);
 
-/* Whether contact k leaves the active set, because its reaction ends or its friction begins to slip. It leaves if its
- * event is due. Friction that has reached its limit twice at this instant does not stick again within this instant.
- * Counts how often contact k leaves at this instant (directions.c). */
+/* Whether contact k leaves the active set, because its reaction ends or its friction begins to slip. The contact leaves
+ * if its event is due. Friction that has reached its limit twice at this instant does not stick again within this
+ * instant. Counts how often contact k leaves at this instant (directions.c). */
 bool kt_contact_leaves(kt_simulation *simulation, int k, bool due);
 /* The slowest of the contacts that slip in the present state no faster than their rest velocities (directions.c); -1:
  * there is none. */
@@ -541,9 +541,9 @@ void kt_contacts_find_grazing(kt_simulation *simulation, const double *u);
  *
  * A corner of a box on a floor may carry nothing: two diagonal corners with friction hold the box. These corners permit
  * a rotation, whose rate is rounding, or a rate of rest. The third corner would reach the floor again and again. A
- * contact that grazes is therefore closed without a reaction. Its acceleration w is below the part `kt_contact_grazing`
- * of its terms, and w does not depend on the other closed contacts. The contact opens when its reaction falls below
- * twice the reaction that belongs to this part. */
+ * contact that grazes is therefore closed without a reaction. The acceleration w of such a contact is below the part
+ * `kt_contact_grazing` of its terms, and w does not depend on the other closed contacts. The contact opens when its
+ * reaction falls below twice the reaction that belongs to this part. */
 void kt_contacts_close_grazing(kt_simulation *simulation, const double *W, const double *u, const double *w);
 /* Finds friction of joints that slips at no rate, since closed contacts, loops or other sticking friction hold the
  * joint. Returns its bits. */

@@ -31,8 +31,8 @@
  *     stiff_switching.c    the family of methods that are explicit until the motion is stiff, and implicit while it is
  *     leap.c         the method whose steps the caller takes
  *
- * A family is one const struct of functions, kt_method_family. Its algorithm is private to its own file. The other
- * files call it through the struct.
+ * A family is one const struct of functions, kt_method_family. The algorithm of a family is private to one file. The
+ * other files call it through the struct.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_INTEGRATOR_INTEGRATOR_H
@@ -105,7 +105,7 @@ typedef struct kt_integrator_sizes {
     size_t newton_rows; /* vectors of a try of an implicit method (kt_newton_row) */
 } kt_integrator_sizes;
 
-/* Arrays: type, name, count, meaning (base/arena.h). These are preserved between steps. */
+/* Arrays: type, name, count, meaning (base/arena.h). These arrays are preserved between steps. */
 #define KT_INTEGRATOR_KEPT(X)                                                                                          \
     X(kt_stage_term, terms, s->terms, "the table without its zeros")                                                   \
     X(size_t, row, s->rows + 1, "first term of each row")                                                              \
@@ -370,16 +370,16 @@ struct kt_method_family {
     void (*init)(kt_integrator *it);  /* sets fresh, gives_end_derivative and the table; the memory is laid out and
                                          zeroed */
     void (*start)(kt_integrator *it); /* NULL: no history. Sets the history of a motion that begins or jumps */
-    /* Called if inputs of the right-hand side have changed at the present time, but not the state. It keeps the part of
+    /* Called if inputs of the right-hand side have changed at the present time, but not the state. Keeps the part of
      * the history that remains valid, always or if the inputs are samples of smooth signals. NULL: as start. */
     void (*change)(kt_integrator *it, bool smooth);
     const kt_history_word *words;       /* NULL: any finite numbers are a history */
     void (*restore)(kt_integrator *it); /* NULL: nothing to do. Restores the values that follow from a history */
 
     /* One step. `prepare` (NULL: nothing to do) computes the data that all tries need in addition to f(t, y), which is
-     * in slot 0. It is called again, with `rejected`, before each further try. The function `try_step` computes slopes
-     * and `trial`. Then `error` returns the weighted norm of the error estimate. Finally `accept` (NULL: no history)
-     * writes the history; it cannot fail.
+     * in slot 0. `prepare` is called again, with `rejected`, before each further try. The function `try_step` computes
+     * slopes and `trial`. Then `error` returns the weighted norm of the error estimate. Finally `accept` (NULL: no
+     * history) writes the history; it cannot fail.
      *
      * The function `longest_step` (NULL: any) bounds an adaptive step. After an accepted one, `control` (NULL: PI
      * control) returns h_new / h. The function `report` describes a try with the result KT_TRY_TOO_LONG or

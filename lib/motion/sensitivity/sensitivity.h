@@ -309,7 +309,7 @@ typedef struct kt_step_work {
     size_t unknowns;              /* number for each stage: e, or with quaternions N; 0: explicit */
     size_t held_most;             /* columns of by_held */
     bool one_derivative;          /* by_q and by_v belong to one stage and serve all */
-    size_t derivative_at;         /* that stage */
+    size_t derivative_at;         /* stage to which by_q and by_v belong in that case */
     kt_parameter_work *parameter; /* NULL: the held input is tau */
     kt_projection_work projection;
     KT_ARENA_DECLARE(KT_STEP_FIELDS)
@@ -365,8 +365,8 @@ void kt_step_finish(kt_step_work *w);
  * next step. */
 size_t kt_step_stages_of(const kt_method *method);
 
-/* The numbers of a slope of a stage that are kept, so that all stages follow from them. These are the accelerations, or
- * the whole slope for implicit methods. No number is stored if the adjoint repeats the step. */
+/* The numbers of a slope of a stage that are kept, so that all stages follow from them. The kept numbers are the
+ * accelerations, or the whole slope for implicit methods. No number is stored if the adjoint repeats the step. */
 size_t kt_step_kept(const kt_model *model, const kt_method *method);
 
 /* Whether a method is implicit and its steps are differentiable functions of a state. kt_coupled_most: the most stages
@@ -463,9 +463,9 @@ const char *kt_sweep_rejected(const kt_model *model);
 
 /* ---- checkpoints ------------------------------------------------------------------------------------------------- */
 
-/* The memory of a motion that is reversed (revolve.c). It has `most` checkpoints of `numbers` numbers, of which `kept`
- * are in use. The last checkpoint belongs to the present step. Stored with each checkpoint: the index of its step, and
- * whether this step has been computed since. */
+/* The memory of a motion that is reversed (revolve.c). The memory has `most` checkpoints of `numbers` numbers, of which
+ * `kept` are in use. The last checkpoint belongs to the present step. Stored with each checkpoint: the index of its
+ * step, and whether this step has been computed since. */
 typedef struct kt_revolve {
     int steps, most, kept;
     size_t numbers;

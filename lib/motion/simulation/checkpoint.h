@@ -18,7 +18,7 @@ KT_CHECKED kt_status kt_checkpoint_check_words(const kt_simulation *of, const kt
 
 /* Writes the sums of all parts to the head of a block. */
 void kt_checkpoint_seal(const kt_simulation *simulation, void *block);
-/* Where its kt_simulation_memory begins. */
+/* Returns the offset of kt_simulation_memory in a block. */
 size_t kt_checkpoint_memory_at(const kt_simulation *simulation);
 
 #endif

@@ -56,7 +56,7 @@ typedef struct kt_moreau_sizes {
 typedef struct kt_moreau_island {
     int first, last, count; /* items of the island; -1: none */
     int known;              /* the impulses of so many items are known; -1: none, since velocities have changed */
-    double dissipated;      /* by these */
+    double dissipated;      /* energy dissipated by these impulses */
 } kt_moreau_island;
 
 /* The counts of the last step, which are added once the step is accepted. */

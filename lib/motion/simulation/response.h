@@ -22,7 +22,7 @@ typedef struct kt_simulation_response {
  * chance. */
 enum { KT_EVENT_HOLDS = -20264 };
 
-/* Whether contacts are resolved by time stepping. Their forces then belong to steps, and no evaluation of the model
+/* Whether contacts are resolved by time stepping. Contact forces then belong to steps, and no evaluation of the model
  * finds them. */
 KT_INNER bool kt_simulation_is_stepped(const kt_simulation *simulation);
 

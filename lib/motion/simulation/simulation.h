@@ -57,7 +57,7 @@ KT_CHECKED kt_status kt_simulation_find_energy(kt_simulation *simulation, const 
  * the velocities in y (switch.c). Overwrites simulation->a. */
 KT_CHECKED kt_status kt_simulation_find_loss(kt_simulation *simulation, const double *v, const double *y, double *loss,
                                              kt_error *error);
-/* A jump of the state at the present time: a change, a switch, or an impact. It has three parts (jump.c).
+/* A jump of the state at the present time: a change, a switch, or an impact. A jump has three parts (jump.c).
  *
  * kt_simulation_begin_jump computes the energy before the jump, if a balance or `needed` requires it.
  *

@@ -62,7 +62,7 @@ typedef struct kt_simulation_memory {
     double event_last;        /* s, the last instant of events */
     double event_interval;    /* s, from the instant before to the last one */
     double event_chain;       /* s, the instant from which intervals shrink */
-    uint64_t event_instants;  /* so far */
+    uint64_t event_instants;  /* number of instants of events so far */
     uint64_t event_shrinking; /* the number of last instants whose intervals shrank */
     double event_ratio;       /* the largest ratio of these intervals to the intervals before them */
     uint64_t event_row;       /* the number of last instants that followed each other at once */
@@ -113,12 +113,12 @@ typedef struct kt_event_memory {
     uint64_t count;    /* how often it has happened */
     double size;       /* the largest |value| along the last step */
     double breakpoint; /* first breakpoint of the value after the beginning of an earlier step; NaN: not available */
-    int64_t off;       /* by the caller */
+    int64_t off;       /* switched off by the caller */
 } kt_event_memory;
 
 /* A root of an event in the last step. */
 typedef struct kt_event_root {
-    int64_t due;      /* there is one, and the event takes effect at the end of the step */
+    int64_t due;      /* a root was found, and the event takes effect at the end of the step */
     int64_t recorded; /* the event's record has been handed over */
     int64_t side;     /* the sign of the value behind it */
     double time;      /* s */
@@ -145,8 +145,8 @@ typedef enum kt_cached {
 /* Breakpoints of functions of time and of a caller's own forces (breakpoint.c): the next breakpoints, in s. */
 typedef struct kt_breakpoints {
     bool any;             /* steps end at breakpoints */
-    bool fixed;           /* there are breakpoints, and steps are fixed: they end at jumps of velocities only */
-    double from, next;    /* there is none between these times */
+    bool fixed;           /* breakpoints exist, and steps are fixed: they end at jumps of velocities only */
+    double from, next;    /* no breakpoint lies between these times */
     bool jumps, cut;      /* at `next`: the accelerations jump; the search of features reached its limit */
     bool strikes, struck; /* at `next`, at `from`: a velocity or a position that a loop prescribes jumps */
     bool passing;         /* jumps of the state at `from` are a part of passing it: nothing is searched anew */
@@ -253,7 +253,7 @@ typedef struct kt_event_source {
     X(kt_event_search, search, n, "scratch")                                                                           \
     X(double, value, KT_EVENT_VALUES *n, "at `time`, and along a panel of the last step")
 
-/* Events (event.c). Their persistent state is event_memory and event_root. */
+/* Events (event.c). The persistent state of events is event_memory and event_root. */
 typedef struct kt_events {
     size_t count;
     size_t latest;                 /* the event of the last instant, or at which a step was repeated; count: none */
@@ -306,7 +306,7 @@ struct kt_simulation {
     const double *tau;             /* inputs of the last step: nv, or NULL */
     const kt_wrench *external;     /* one for each body, or NULL */
     int groups;                    /* number of groups of loops */
-    kt_simulation_options options; /* as they were given */
+    kt_simulation_options options; /* options as the caller gave them */
     size_t changed_contact;        /* 1 + the last contact that closed, opened, stuck or slipped; 0: none */
     bool near_singular;            /* the last step computed accelerations next to a singular position */
     bool closes_loops;             /* a projection does more than renormalise quaternions: it overwrites data */

@@ -39,7 +39,7 @@ typedef struct kt_code_closing {
     const kt_loop_record *record;
     const kt_code_loop *number;
     const kt_code_places *place; /* places of the links on both paths */
-    int end[2];                  /* which end of the record counts as the first, and as the second */
+    int end[2];                  /* ends of the record that count as the first, and as the second */
     bool moves;
     kt_op function[3]; /* length, offset or position: its value and two derivatives by time */
     kt_op3 point[2];
@@ -58,7 +58,7 @@ typedef struct kt_code_row {
     kt_op phi, drift;
     kt_code_measure measure;
     const kt_op3 *reach; /* from the second point to the place at which the row acts; NULL: the point itself */
-    const kt_op *pitch;  /* by which a rotation changes a length; NULL: 0 */
+    const kt_op *pitch;  /* pitch by which a rotation changes a length; NULL: 0 */
 } kt_code_row;
 
 /* Adds a row without a function of time. */

@@ -18,7 +18,7 @@ typedef struct code_effect {
     const kt_effect_record *record;
     const kt_code_speed *speed; /* speeds of all links */
     const kt_code_places *place;
-    char name[KT_CODE_NAME]; /* with which its parameters begin */
+    char name[KT_CODE_NAME]; /* name with which its parameters begin */
     code_end end[2];
     kt_op3 moment[2], force[2]; /* on the ends, world axes */
 } code_effect;

@@ -39,7 +39,7 @@ typedef struct kt_code_link {
 
 /* The numbers of a loop. */
 typedef struct kt_code_loop {
-    char name[KT_CODE_BODY_NAME]; /* with which its parameters begin */
+    char name[KT_CODE_BODY_NAME]; /* name with which its parameters begin */
     kt_op3 at[2];                 /* ends, in their links */
     kt_op value;                  /* length or offset */
     kt_op pitch, radius, tube, angle;
@@ -68,7 +68,7 @@ typedef struct kt_code_tree {
     kt_op *force;                    /* joint forces of effects, once they are made; before, NULL */
     kt_code_loop *loop;              /* all loops, once their equations are made; before, NULL */
     kt_op *coefficient;              /* coefficients of the loops' terms, once made; before, NULL */
-    kt_op loop_length;               /* what residuals in m are relative to */
+    kt_op loop_length;               /* length to which residuals in m are relative */
 } kt_code_tree;
 
 /* Reads a model. Returns false if memory is insufficient. */

@@ -48,7 +48,7 @@ typedef struct kt_code_printer {
     int32_t *loop_of_part; /* for each part: its loop; -1: none */
     kt_code_slot **slot;   /* for each node: how the loop that is printed reads it; NULL: otherwise */
     bool has_parts;        /* any function has them */
-    bool failed;           /* there is no memory: the text is of no use */
+    bool failed;           /* memory was insufficient: the text is of no use */
 } kt_code_printer;
 
 /* Begins for a complete graph. Returns false if memory is insufficient; kt_code_printer_free in any case. */

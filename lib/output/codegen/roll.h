@@ -38,7 +38,7 @@ typedef struct kt_code_loop_plan {
     bool recurs;                   /* iterations wait for those before */
     bool is_wide;                  /* columns are contiguous, for vectors: of this loop, or of those that read them */
     int32_t place;                 /* place of the first row, in the array of places */
-    int32_t first_part, last_part; /* that write or read rows: beyond them, the places are free */
+    int32_t first_part, last_part; /* parts that write or read rows: beyond them, the places are free */
     int32_t prepared;              /* the first prepared number */
     int32_t prepared_count;
 } kt_code_loop_plan;
@@ -61,7 +61,7 @@ typedef struct kt_code_roll {
     kt_code_copy *copy;
     int32_t copy_count;
     size_t copy_room;
-    bool failed; /* there is no memory */
+    bool failed; /* memory was insufficient */
 } kt_code_roll;
 
 /* Finds the loops of a function; no loops if the function may not have any. Returns false, without memory to release,

@@ -26,8 +26,8 @@ kt_camera kt_camera_around(kt_vec3 vertical, double azimuth, double elevation);
 /* A view that shows a mechanism in these poses well. */
 typedef struct kt_chosen_view {
     kt_camera camera;
-    bool is_plane;             /* that of a planar mechanism */
-    double azimuth, elevation; /* else, rad */
+    bool is_plane;             /* the camera is that of a planar mechanism */
+    double azimuth, elevation; /* angles of the camera otherwise, rad */
 } kt_chosen_view;
 
 /* Chooses a view. A planar mechanism is seen along its normal, unless gravity pulls out of its plane. Other mechanisms

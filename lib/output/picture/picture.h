@@ -162,7 +162,7 @@ typedef struct kt_picture {
     int *colour; /* for each body: 0, 1, ... 5; neighbours differ; -1: fixed to the world. One of a rigid part */
     struct kt_mesh *meshes; /* surfaces of solids */
     int mesh_count;
-    int lost_meshes;                                       /* that could not be read */
+    int lost_meshes;                                       /* meshes that could not be read */
     char lost_reason[KT_WHERE_SIZE + KT_MESSAGE_SIZE + 2]; /* reason for the first lost mesh: which, and why */
     kt_vec3 gravity;
     bool is_planar; /* all motion is in one plane, whose unit normal in the world is */

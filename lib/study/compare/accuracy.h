@@ -26,7 +26,7 @@ typedef struct kt_instant_log {
     const kt_accuracy *study;
     kt_accuracy_instant *instants; /* KT_ACCURACY_INSTANTS_MAX */
     int count;
-    bool is_full;             /* there are more */
+    bool is_full;             /* more instants have occurred */
     double time;              /* s, at the end of the last step */
     uint64_t contact_changes; /* changes of hard contacts, up to that time */
     int event_count, contact_events;
@@ -55,7 +55,7 @@ struct kt_accuracy {
     kt_instant_log log, second_log, run_log; /* logs of the reference, of the second solution, and of the present run */
     bool *is_masked;                         /* records next to an instant: not compared */
 
-    double started, deadline; /* by the clock, s */
+    double started, deadline; /* s, by the clock */
     double evaluation;        /* s of clock time of one evaluation; 0: unknown */
     double reference_steps;   /* mean number of steps of the reference per second of the motion */
 };
@@ -108,7 +108,7 @@ kt_accuracy_unit kt_accuracy_find_unit(const kt_model *model);
  * records. */
 typedef struct kt_accuracy_guard {
     kt_accuracy *study;
-    double until;        /* by the clock, s */
+    double until;        /* s, by the clock */
     uint64_t seen, most; /* evaluations: when the clock was read last, and their limit */
     bool late;           /* the guard has ended the run */
     kt_instant_log *log; /* receives the instants of events; NULL: none */

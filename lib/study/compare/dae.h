@@ -49,7 +49,7 @@ struct kt_dae {
     size_t size;          /* N */
     int stages;           /* stages of the matrix */
     double t, past_h;     /* time; length of the last step, 0: none */
-    bool started, solved; /* there is a state; there is a matrix */
+    bool started, solved; /* a state exists; a matrix exists */
     kt_dae_counts counts;
     KT_ARENA_DECLARE(KT_DAE_FIELDS)
 };
