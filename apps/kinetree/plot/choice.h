@@ -1,5 +1,5 @@
-/* Which columns a panel of a chart shows: those that move most, and none of rounding noise next to them. The panels of
- * 'run --plot' and of 'plot' come from here. */
+/* The columns that a panel of a chart shows: those that move most, and none of rounding noise next to them. The panels
+ * of 'run --plot' and of 'plot' come from here. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_COMMAND_PLOT_CHOICE_H
 #define KT_COMMAND_PLOT_CHOICE_H

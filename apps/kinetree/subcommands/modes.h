@@ -21,7 +21,7 @@ enum { KT_MODES_AT_INITIAL = 0, KT_MODES_AT_EQUILIBRIUM }; /* -1: the initial st
  * Returns an exit code. */
 int kt_modes_prepare(kt_small_motion *motion, int at, bool nearest, const char **state);
 
-/* What `modes` is to compute for each value of a sweep, and to show. */
+/* The results that `modes` computes for each value of a sweep, and shows. */
 typedef struct kt_modes_request {
     int at;
     bool nearest, json, dark;

@@ -224,7 +224,7 @@ int kt_run_write_end(const kt_outcome *outcome, const char *path, bool quiet);
 
 /* Records as HDF5 (keep.h). The function kt_run_keep_start opens the side file, to which rows are added, and returns
  * -1, or an exit code after printing the error. The function kt_run_keep_end makes the HDF5 file from the side file,
- * and does nothing if there is no side file. It returns 0, or -1 after printing the error. */
+ * and does nothing without a side file. That function returns 0, or -1 after printing the error. */
 int kt_run_keep_start(kt_keep *keep, const char *out);
 int kt_run_keep_end(kt_keep *keep, const kt_outcome *outcome, size_t rows, int code, kt_output_fate fate);
 

@@ -10,18 +10,18 @@
 /* A graph, and the bodies and loops that it becomes. */
 typedef struct kt_graph {
     const kt_body *bodies;
-    const bool *is_placed; /* of each body: it keeps its parent and its joint */
+    const bool *is_placed; /* for each body: the body keeps its parent and its joint */
     int body_count;
     const kt_graph_joint *joints;
     int joint_count;
 
     kt_body *tree; /* tree_count: the bodies, in the same order, then the massless bodies of joints */
     int tree_count;
-    int *joint_body; /* of each joint: the index in `tree` of the body that has it; -1: it closes a loop */
+    int *joint_body; /* for each joint: the index in `tree` of the body that has the joint; -1: a loop is closed */
     kt_loop *loops;  /* loop_count */
     int loop_count;
-    int *loop_joint;          /* of each loop: its joint */
-    kt_graph_choice *choices; /* of each joint */
+    int *loop_joint;          /* joint of each loop */
+    kt_graph_choice *choices; /* choice for each joint */
 
     int joint_at_fault, body_at_fault; /* after KT_ERROR_MODEL; -1: another item is */
 } kt_graph;

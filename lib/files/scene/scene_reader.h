@@ -42,8 +42,8 @@ typedef struct kt_scene_reading {
 
     const kt_named_file *files; /* the last one first */
 
-    const struct kt_graph *graph; /* of `joints`; NULL: none */
-    kt_node **graph_nodes;        /* of its joints */
+    const struct kt_graph *graph; /* graph of the key `joints`; NULL: none */
+    kt_node **graph_nodes;        /* nodes of the joints in the graph */
 
     kt_node **body_nodes, **loop_nodes, **effect_nodes, **hold_nodes,
         **state_nodes; /* as the arrays of the description */

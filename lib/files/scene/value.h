@@ -9,7 +9,7 @@
 typedef enum kt_quantity {
     KT_QUANTITY_NUMBER = 0,
     KT_QUANTITY_POSITIVE, /* > 0 */
-    KT_QUANTITY_ANGLE,    /* also "30 deg" */
+    KT_QUANTITY_ANGLE,    /* an angle: also "30 deg" */
     KT_QUANTITY_RATE      /* rate of an angle: also "30 deg", per second */
 } kt_quantity;
 
@@ -19,7 +19,7 @@ bool kt_read_number(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quant
 bool kt_read_numbers(kt_reader *r, const kt_scope *scope, kt_node *node, int count, kt_quantity quantity,
                      const kt_quantity *quantities, double *out);
 bool kt_read_vector(kt_reader *r, const kt_scope *scope, kt_node *node, kt_vec3 *out);
-/* A list of points of `size` numbers each, kept with the scene. It is kept even if a point is wrong, so that its length
+/* A list of points of `size` numbers each, kept with the scene. A list with a wrong point is kept, so that its length
  * gets no second fault. The text `expected` describes the list; quantities: of the numbers of a point, or NULL. */
 bool kt_read_points(kt_reader *r, const kt_scope *scope, kt_node *node, int size, const kt_quantity *quantities,
                     const char *expected, const double **out, int *count);

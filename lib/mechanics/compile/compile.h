@@ -83,8 +83,8 @@ kt_status kt_model_measure_springs(kt_model *model, const kt_description *descri
 
 /* massless.c: kt_massless_is_carried returns whether effects act on the parts that a link carries. The second
  * function gives an armature of 1 to the coordinates of a link that move no mass. The last one finds the motions of
- * these coordinates that move no mass, in a complete model. Its errors: KT_ERROR_MODEL if such motions do not exist, or
- * no force holds them (the message names the body); KT_ERROR_MEMORY. */
+ * these coordinates that move no mass, in a complete model. Errors: KT_ERROR_MODEL if such motions do not exist, or no
+ * force holds them (the message names the body); KT_ERROR_MEMORY. */
 bool kt_massless_is_carried(const kt_model *tree, const kt_description *description, size_t link);
 void kt_massless_mark(kt_model *tree, size_t link);
 KT_CHECKED kt_status kt_massless_find(kt_model *model, const kt_description *description, kt_error *error);

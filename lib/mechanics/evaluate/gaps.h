@@ -16,7 +16,7 @@ typedef enum kt_gap_form {
     KT_GAP_OF_OTHERS
 } kt_gap_form;
 
-/* Such an effect. */
+/* An effect whose gap has such a source. */
 typedef struct kt_gap_source {
     const kt_effect_record *effect;
     const kt_link *link; /* link whose coordinates alone decide the gap; NULL: the gap is that of frames */

@@ -1,8 +1,8 @@
 /* One constraint group inside the articulated-body recursion.
  *
  * The backward pass reaches the group's highest link with the articulated inertias IA_i and bias wrenches of all links
- * of the group. These include all descendants outside the group. The links of the group are then treated together as a
- * mechanism of m coordinates x on a parent that accelerates by A = (alpha, a):
+ * of the group. Inertias and wrenches include all descendants outside the group. The links of the group are then
+ * treated together as a mechanism of m coordinates x on a parent that accelerates by A = (alpha, a):
  *
  *   M x + F' A + h = tau + A_g' lambda
  *   A_g x = b''                              (b'' does not depend on A: spatial_rows.h)

@@ -259,7 +259,7 @@ typedef struct kt_events {
     size_t latest;                 /* the event of the last instant, or at which a step was repeated; count: none */
     size_t aim;                    /* the event at which the last try was to end and did not; count: none */
     bool fires;                    /* an event happens at the end of the last try */
-    bool searched;                 /* this step has been searched */
+    bool searched;                 /* events of this step have been searched */
     const kt_event_source *source; /* source of the events of hard contacts */
     double end;                    /* s, the end of the first try of this step */
     int evaluations;               /* the most values of an event that the search of a step takes */

@@ -28,7 +28,7 @@ typedef enum kt_solid_type {
     KT_SOLID_BOX,      /* half: half of its edges */
     KT_SOLID_SPHERE,   /* half: its radius, three times */
     KT_SOLID_CYLINDER, /* half: radius, radius, half of its length; along z */
-    KT_SOLID_ROD,      /* as a cylinder, with a hemisphere beyond each end */
+    KT_SOLID_ROD,      /* a cylinder, with a hemisphere beyond each end */
 } kt_solid_type;
 
 /* The reason why a picture contains a solid. */
