@@ -17,7 +17,7 @@ typedef struct kt_body_plane {
     int32_t tree;      /* the body whose joint on the ground carries it; 0: it is part of the ground */
     int32_t component; /* for a tree: one of the trees with which loops connect it, the same for all of them */
     int32_t plane;     /* plane of the tree that this body's joint connects with the ground; -1: none, or not planar */
-    int32_t known;     /* number of joints that determine that tree's normal (find_planar.c) */
+    int32_t known;     /* kind of the joints that determine that tree's normal (find_planar.c) */
 } kt_body_plane;
 
 /* The scope of the names of bodies. The scope of the markers of a body is the index of the body in the description. */

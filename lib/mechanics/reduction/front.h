@@ -135,7 +135,7 @@ typedef struct kt_front {
     kt_real1 *z;                 /* (A, p) while substituting back; scales of reflectors; in multipliers c */
     kt_real1 *spare;             /* a reflector in full, or the right-hand sides of the equations of a step */
     kt_real1 *product;           /* H times a reflector; the links' T with A in front */
-    double **kept;               /* work of kt_front_aim */
+    double **kept;               /* the pointer `kept` of kt_front_aim */
 } kt_front;
 
 /* Whether the planar kernels have filled a group's equations. */

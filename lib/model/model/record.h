@@ -54,7 +54,7 @@ typedef struct kt_link {
     uint8_t motion;       /* kt_motion */
     uint8_t axis;         /* 0, 1, 2 */
     bool rest_is_rotated; /* the link's axes at rest are not the parent's */
-    bool follows;         /* the link's parent is the link before it */
+    bool follows;         /* the link's parent is the link before this one */
     bool branches;        /* some child does not follow it directly */
     bool leads;           /* the next link is its child */
     bool has_armature;    /* the link's joint has armature */
@@ -221,8 +221,8 @@ typedef struct kt_group {
     int32_t island;                  /* in model->island */
     int32_t loop, loop_count;        /* in model->group_loop */
     int32_t link, link_count;        /* in model->group_link, ascending */
-    int32_t v, v_count;              /* in model->group_v: the coordinates of these links, in their order */
-    int32_t row, row_count;          /* in model->slot: its loops' equations */
+    int32_t v, v_count;              /* number of equations that are not void */
+    int32_t row, row_count;          /* number of equations that are independent, at generic positions */
     size_t entry;                    /* the first number of its equations among those of all groups */
     int32_t count[KT_ROWS_COUNT];    /* equations that are not void */
     int32_t rank[KT_ROWS_COUNT];     /* equations that are independent, at generic positions */

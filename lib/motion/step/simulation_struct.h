@@ -334,7 +334,7 @@ struct kt_simulation {
     kt_cached cached;    /* the results of the present state that data hold */
     const double *slope; /* y' as the last evaluation returned it to the integrator */
     kt_error cause;      /* error of the last callback that failed; code KT_OK: none failed in this step */
-    bool ahead;          /* the callback failed after the present state, where each step begins: a smaller may help */
+    bool ahead;          /* the callback failed after the present state, so that a smaller step may help */
     const char *within;  /* the caller's function that a call with this simulation runs, and which may not move it in
                           * time; NULL: none */
     KT_ARENA_DECLARE(KT_SIMULATION_FIELDS)

@@ -34,7 +34,7 @@ typedef struct kt_code_printer {
     int32_t *user;      /* the node that uses it last; -1: an output */
     int32_t *width;     /* width of the node's text, where it is written into its user; 0: it is a statement */
     int32_t *temporary; /* the number of its variable */
-    int32_t *prepared;  /* the number's index among the prepared numbers; -1: none yet */
+    int32_t *prepared;  /* the node's index among the prepared numbers; -1: none yet */
     kt_op *list;        /* the prepared numbers, of which loops may have some twice */
     size_t list_room;
     int prepared_count;
