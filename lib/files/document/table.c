@@ -88,25 +88,31 @@ static const kt_key *key_of_type(const kt_table *table, int type, const char *wo
     return NULL;
 }
 
+/* The keys of all types together are listed for messages alone, so that a key beyond the room may be left out. */
+static void append_field(kt_fields *fields, kt_field field) {
+    if (fields->count < KT_TABLE_COUNT_MAX)
+        fields->field[fields->count++] = field;
+}
+
 static void add_type(kt_fields *fields, const kt_table *table, int type) {
     const kt_descriptor *descriptor = table->describe(type);
     for (int i = 0; descriptor != NULL && i < descriptor->key_count; i++) {
         const kt_key *key = &descriptor->keys[i];
         if (find_field(fields, word_of(key)) >= 0) /* of several types: the first */
             continue;
-        fields->field[fields->count++] = (kt_field){.key = word_of(key),
-                                                    .also = key->also,
-                                                    .kind = table->kind_of(key),
-                                                    .offset = key->offset,
-                                                    .flags = key->needed ? KT_FIELD_REQUIRED : 0,
-                                                    .detail = key};
+        append_field(fields, (kt_field){.key = word_of(key),
+                                        .also = key->also,
+                                        .kind = table->kind_of(key),
+                                        .offset = key->offset,
+                                        .flags = key->needed ? KT_FIELD_REQUIRED : 0,
+                                        .detail = key});
     }
 }
 
 static void list_fields(kt_fields *fields, const kt_table *table, int type) {
     fields->count = 0;
     for (int i = 0; i < table->count; i++)
-        fields->field[fields->count++] = table->fields[i];
+        append_field(fields, table->fields[i]);
     if (table->describe != NULL)
         add_type(fields, table, type);
 }
