@@ -221,8 +221,8 @@ typedef struct kt_group {
     int32_t island;                  /* in model->island */
     int32_t loop, loop_count;        /* in model->group_loop */
     int32_t link, link_count;        /* in model->group_link, ascending */
-    int32_t v, v_count;              /* number of equations that are not void */
-    int32_t row, row_count;          /* number of equations that are independent, at generic positions */
+    int32_t v, v_count;              /* in model->group_v: the coordinates of these links, in their order */
+    int32_t row, row_count;          /* in model->slot: the equations of the group's loops */
     size_t entry;                    /* the first number of its equations among those of all groups */
     int32_t count[KT_ROWS_COUNT];    /* equations that are not void */
     int32_t rank[KT_ROWS_COUNT];     /* equations that are independent, at generic positions */
