@@ -74,6 +74,8 @@ typedef struct fixture {
     kt_rollout rollout;
     kt_description description;
     kt_body body;
+    kt_graph_joint graph_joint;
+    kt_graph_choice choice;
     kt_loop loop;
     kt_effect effect;
     kt_beam beam;
@@ -489,6 +491,7 @@ static fixture *make(int which) {
     f->memory = aligned_alloc(64, MEMORY);
     f->stream = fopen("/dev/null", "w");
     f->body = kt_body_default();
+    f->graph_joint = kt_graph_joint_default();
     f->loop = kt_loop_default();
     f->effect = kt_effect_default();
     f->beam = kt_beam_default();

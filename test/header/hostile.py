@@ -65,7 +65,7 @@ BY_TYPE = {
     "kt_equilibrium *": "&f->equilibrium", "kt_batch *": "f->batch", "const kt_batch *": "f->batch", "const kt_batch_options *": "&f->batch_options", "const kt_batch_sensors *": "&f->sensors", "kt_data *const *": "f->data_list", "void *const *": "f->memory_list", "kt_rollout_task *": "&f->task", "kt_ensemble *": "f->ensemble", "const kt_ensemble *": "f->ensemble", "kt_ensemble_next *": "next_none", "kt_ensemble_done *": "done", "const kt_step *": "&f->step", "const kt_rollout *": "&f->rollout", "kt_cost *": "cost",
     "const kt_beam *": "&f->beam", "const kt_link_tree *": "&f->tree", "kt_builder *": "f->builder", "const kt_builder *": "f->builder", "const kt_effect *": "&f->effect",
     "kt_report *": "report", "kt_scene_report *": "report_scene", "kt_recorder *": "recorder", "const kt_description *": "&f->description",
-    "const kt_body *": "&f->body", "const kt_joint *": "&f->body.joint", "const kt_loop *": "&f->loop", "const kt_descriptor *": "kt_joint_descriptor(KT_JOINT_REVOLUTE)",
+    "const kt_body *": "&f->body", "const kt_shape *": "&f->body.shape", "const kt_graph_joint *": "&f->graph_joint", "kt_graph_choice *": "&f->choice", "const kt_joint *": "&f->body.joint", "const kt_loop *": "&f->loop", "const kt_descriptor *": "kt_joint_descriptor(KT_JOINT_REVOLUTE)",
     "kt_mechanism *": "&f->mechanism", "kt_scene *": "&f->scene", "const kt_scene *": "&f->scene", "FILE *": "f->stream", "kt_native *": "&f->native", "const kt_robot_options *": "NULL", "const char *": "\"a\"",
     "char *": "f->text", "kt_absolute *": "f->absolute", "const kt_absolute *": "f->absolute", "kt_simulation_options *": "&f->simulation_options",
     "kt_constraint_formulation *": "f->formulation", "const kt_constraint_formulation *": "f->formulation",
@@ -94,7 +94,7 @@ SPOILT = {
     "const kt_scene_options *": ("scene_options", ("setting_count = 1", "setting_count = -1", "variable_count = 1", "variable_count = -1")),
     "const kt_event *": ("event", ("function = NULL", "name = NULL", "direction = (kt_direction)1000")),
 }
-ENUMS = r"kt_(joint|loop|effect|shape|surface|track|function|constraint_formulation|dae)_type|kt_(metric|plan|formulation|reduction|twist_frame|robot_format|status|key_kind|interpolation|effect_quantity)"
+ENUMS = r"kt_(joint|loop|effect|shape|surface|track|function|constraint_formulation|dae)_type|kt_(metric|plan|formulation|reduction|twist_frame|robot_format|status|key_kind|interpolation|effect_quantity|graph_reason)"
 
 
 def split(parameters):
