@@ -173,7 +173,6 @@ KT_TEST(a_fault_of_a_bundled_scene_has_no_followers) {
 
 /* The name was quoted that was not there. */
 KT_TEST(axis_of_zeros_of_a_body_without_name_and_type_is_a_fault) {
-    static kt_collected faults;
     kt_scene scene;
     const kt_status status =
         kt_collect_parse(&faults, "kinetree: 1\nbodies:\n  - {joint: {type: x, axis: [0, 0, 0]}}\n", &scene);
