@@ -192,7 +192,7 @@ with tempfile.TemporaryDirectory() as folder:
     off = max((abs(1 - value - sum(steps[: 3600 * k // (len(grown[0]) - 1)]) / sum(steps)) for k, value in enumerate(grown[0])), default=1) if grown else 1
     note(f"the length of the path is off by {off:.2g} of the whole")
     claim("a_path_grows_as_it_is_seen", [] if off < 2e-3 else [str(grown)[:200]])
-    for words, told in ((["--at", "1"], "leave out --at and --strobe"), (["--out", "a.png"], "ends in .svg"), ):
+    for words, told in ((["--at", "1"], "leave out --at and --strobe"), (["--out", "a.bmp"], "ends in .svg"), ):
         rejected = subprocess.run([KINETREE, "draw", "cut.yaml", "--animate", *words], cwd=folder, capture_output=True, text=True)
         claim(f"rejected_with_{words[0][2:]}", [] if rejected.returncode == 1 and told in rejected.stderr else [rejected.stderr])
     slow = subprocess.run([KINETREE, "draw", "cut.yaml", "--speed", "2"], cwd=folder, capture_output=True, text=True)

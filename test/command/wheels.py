@@ -383,7 +383,10 @@ def tutorial():
     page = pathlib.Path(sys.argv[2]).read_text()
     last, first = {}, {}
     for body in re.findall(r"^```yaml\n(.*?)^```", page, flags=re.S | re.M):
-        name = re.search(r"^# (\S+)\.yaml$", body, flags=re.M)[1]
+        named = re.search(r"^# (\S+)\.yaml$", body, flags=re.M)
+        if named is None:  # lines for the scene above
+            continue
+        name = named[1]
         scene, table = FOLDER / f"{name}.yaml", FOLDER / f"{name}.csv"
         scene.write_text(body.replace("reaction]", "reaction, constraint]"))
         done = subprocess.run([KINETREE, "run", scene, "--out", table, "--quiet"], capture_output=True, text=True)
