@@ -18,7 +18,7 @@
  * Grammar, weakest operators first:
  *
  *     condition    conjunction {or conjunction}                            of comparisons
- *     conjunction  negation {and negation}
+ *     conjunction  negation {and negation}                                 of conditions
  *     negation     not negation | comparison
  *     comparison   sum [(< | <= | > | >= | == | !=) sum]                   1 if it holds, else 0
  *     sum          product {(+ | -) product}                               from left to right

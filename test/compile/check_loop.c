@@ -170,7 +170,7 @@ KT_TEST(couplings_are_checked) {
                  "joint 'bird' is free; name a joint of one coordinate: revolute, prismatic or screw");
     REJECTS_LOOP(GEAR, m.terms[0].coefficient = nan_value, 0, "coefficients", "loop 'gear'",
                  "coefficients of 'crank' is nan; give a finite number");
-    const char *zero = "coefficients are all zero, or next to it; give one that is not";
+    const char *zero = "coefficients are all zero, or nearly so; give one that is not zero";
     REJECTS_LOOP(GEAR, m.terms[0].coefficient = m.terms[1].coefficient = 0.0, -1, "coefficients", "loop 'gear'", zero);
     REJECTS_LOOP(GEAR, (m.terms[0].coefficient = 0.0, m.terms[1].coefficient = 9e-51), -1, "coefficients",
                  "loop 'gear'", zero);

@@ -187,7 +187,7 @@ def wrong(function, kind, name, value):
     if kind in ("kt_mat3", "kt_sym3", "kt_quat"):
         yield "NaN", {"kt_mat3": "f->no_matrix", "kt_sym3": "f->no_inertia", "kt_quat": "(kt_quat){(double)NAN, 0.0, 0.0, 0.0}"}[kind], ""
     if kind == "int":
-        counts = name in ("columns", "steps", "call_count") or function in ("kt_loop_jacobian", "kt_stability_grid", "kt_simulation_change")  # of arrays that the caller has, which nothing tells
+        counts = name in ("columns", "steps", "call_count", "body_count", "joint_count") or function in ("kt_loop_jacobian", "kt_stability_grid", "kt_simulation_change")  # of arrays that the caller has, which nothing tells
         for what in ("-1", "INT_MIN", "0") + (() if counts else ("INT_MAX", "1000", "f->bodies", "f->bodies - 1")):
             yield what, what, ""
     if kind == "size_t" and value == "MEMORY":

@@ -165,8 +165,9 @@ KT_TEST(damping_of_slip_is_that_of_differences) {
 }
 
 /* A slider on a spring pulls a plate on two feet to and fro, next to the limit of friction. There stick ends again and
- * again at once, until it is held for a step. Measured: 17,000 evaluations, and 225,780 unless it is held. */
-KT_TEST(stick_that_ends_at_once_is_held) {
+ * again at once. Measured: 15,413 evaluations. With thresholds of rest in m/s there were 225,780, unless stick was held
+ * for a step. */
+KT_TEST(stick_that_ends_at_once_takes_few_evaluations) {
     const double q[] = {0.0, 0.0, 0.1, 1.0, 0.0, 0.0, 0.0, -0.00500687039};
     const double v[] = {0.00220823682, 0.0233498897, 0.0, 0.0, 0.0, -9.39028019e-8, 0.0};
     kt_run run = kt_run_fixed("radau5", 0.000492184, 10.0);
@@ -190,5 +191,5 @@ KT_TEST(stick_that_ends_at_once_is_held) {
         status = kt_simulation_tick(simulation, 0.01, &error);
     kt_need_fine("runs", status, &error);
     kt_check_below("evaluations", (double)kt_simulation_counts_of(simulation).evaluations, 40000.0);
-    kt_check_above("ends of stick that are held", (double)kt_simulation_contacts(simulation).rested, 3.0);
+    kt_note("%lld ends of stick were held", (long long)kt_simulation_contacts(simulation).rested);
 }

@@ -68,6 +68,8 @@
     X(kt_linear_system)                                                                                                \
     X(kt_linearization_options)                                                                                        \
     X(kt_link_tree)                                                                                                    \
+    X(kt_graph_joint)                                                                                                  \
+    X(kt_graph_choice)                                                                                                 \
     X(kt_loop)                                                                                                         \
     X(kt_loop_disagreement)                                                                                            \
     X(kt_loop_group)                                                                                                   \

@@ -237,6 +237,17 @@ static void check_loop(kt_checker *checker, const kt_loop *loop) {
     check_side(checker, loop);
 }
 
+/* A load is the force of a loop between two ends. */
+static void check_load(kt_checker *checker, const kt_effect *effect) {
+    const int loop = effect->load != NULL ? kt_names_find(&checker->names, KT_SCOPE_LOOP, effect->load) : -1;
+    const kt_descriptor *descriptor = loop >= 0 ? kt_loop_descriptor(checker->description->loops[loop].type) : NULL;
+    if (descriptor != NULL && kt_descriptor_end_count(descriptor) != 2)
+        kt_checker_fault(
+            checker, "load", -1,
+            "loop %s is %s, which exerts no force at a point; name a loop between two ends, such as a gear",
+            kt_name_quote(effect->load).text, descriptor->name);
+}
+
 static void check_one_effect(kt_checker *checker, const kt_effect *effect) {
     kt_checker_name(checker, KT_SCOPE_EFFECT, "effects", effect->name, true);
     if (effect->type != KT_EFFECT_CUSTOM && kt_effect_descriptor(effect->type) == NULL)
@@ -245,6 +256,7 @@ static void check_one_effect(kt_checker *checker, const kt_effect *effect) {
                          (int)effect->type);
     else
         kt_effect_check(checker, effect);
+    check_load(checker, effect);
     check_switching(checker, effect->switching);
 }
 

@@ -154,7 +154,7 @@ typedef struct kt_polygon {
 } kt_polygon;
 
 /* points: x, y of each corner. O(count). */
-KT_INNER kt_polygon kt_polygon_measure(const double *points, int count);
+kt_polygon kt_polygon_measure(const double *points, int count);
 
 /* Whether two edges meet that do not follow each other, or two that do lie on each other; their indices. O(count^2). */
 bool kt_polygon_crosses(const double *points, int count, int *first, int *second);

@@ -1,4 +1,4 @@
-/* Friction of joints that is proportional to a reaction (load_friction.c). */
+/* Friction of joints that is proportional to a reaction (load_friction.c, load_forward.c). */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_EVALUATE_LOAD_FRICTION_H
 #define KT_EVALUATE_LOAD_FRICTION_H
@@ -12,6 +12,14 @@ void kt_load_attach(kt_model *model);
  * -1. Not negative; 0 for an effect without a load. */
 double kt_load_friction_find(const kt_model *model, const kt_data *data, const kt_effect_record *effect,
                              double direction);
+
+/* Friction number k; the model has model->n.loaded of them. */
+const kt_effect_record *kt_loaded_effect(const kt_model *model, size_t k);
+/* The friction k of a load in a direction of motion. gradient: by the load; or NULL. */
+double kt_load_law(const kt_model *model, const kt_effect_record *e, const double load[3], double direction,
+                   double gradient[3]);
+/* The sign s of an effect: 0 if it exerts no force. */
+double kt_load_sign(const kt_model *model, const kt_data *data, const kt_effect_record *e, const double *v);
 
 /* Takes the loads from reactions: from wrenches of joints (n.body), and data->loop_wrench. links: the kinematics of
  * these. */

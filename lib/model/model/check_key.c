@@ -233,20 +233,12 @@ static void check_key_joint(kt_checked *c, const kt_key *key) {
         (void)kt_checker_scalar_joint(c->checker, key->name, -1, joint);
 }
 
-/* The name of a loop that acts between two ends; a missing name is valid. */
+/* The name of a loop; a missing name is valid. */
 static void check_loop_name(kt_checked *c, const kt_key *key) {
-    const kt_description *d = c->checker->description;
     const char *name = *(const char *const *)member(c->object, key);
-    const int loop = name != NULL ? kt_names_find(&c->checker->names, KT_SCOPE_LOOP, name) : -1;
-    const kt_descriptor *descriptor = loop >= 0 ? kt_loop_descriptor(d->loops[loop].type) : NULL;
-    if (name != NULL && loop < 0)
+    if (name != NULL && kt_names_find(&c->checker->names, KT_SCOPE_LOOP, name) < 0)
         kt_checker_fault(c->checker, key->name, -1, "there is no loop %s; name a loop of the scene",
                          kt_name_quote(name).text);
-    else if (descriptor != NULL && kt_descriptor_end_count(descriptor) != 2)
-        kt_checker_fault(
-            c->checker, key->name, -1,
-            "loop %s is %s, which exerts no force at a point; name a loop between two ends, such as a gear",
-            kt_name_quote(name).text, descriptor->name);
 }
 
 static void check_distance_key(kt_checked *c, const kt_key *key) {

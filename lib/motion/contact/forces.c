@@ -258,3 +258,19 @@ kt_status kt_contacts_solve_reactions(kt_simulation *simulation, double t, doubl
             c->item[k].leaves = false;
     return solve_all_forces(simulation, t, true, &jams, lost, error);
 }
+
+void kt_contacts_begin_own_time(kt_simulation *simulation, double t, const double *y) {
+    struct kt_contacts *c = simulation->contacts;
+    const kt_model *model = simulation->model, *open = kt_model_switched(model, model->set & ~c->mask);
+    kt_error made = {0};
+    kt_contacts_clear_rows(c);
+    kt_data_rebind(open, simulation->data);
+    kt_status status = kt_contacts_find_norm(simulation, open, y, c->v, &c->speed, &made);
+    if (status == KT_OK)
+        status = kt_contacts_find_free(simulation, t, y, &made);
+    if (status != KT_OK) /* the first step reports it */
+        simulation->memory.own_time = 0.0;
+    kt_data_rebind(model, simulation->data);
+    kt_contacts_put_directions(simulation);
+    simulation->cached = KT_CACHED_NOTHING;
+}
