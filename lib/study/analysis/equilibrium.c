@@ -452,9 +452,11 @@ static kt_status search_equilibrium(search *s, int most, kt_equilibrium *found, 
             return KT_OK;
         if (!solve_equilibrium_step(s, stiffest(s)))
             break;
+        const double before = length;
         length = take_equilibrium_step(s, error);
         path += length;
-        if (length == 0.0 && is_at_rest(s))
+        /* Short steps that get no shorter are due to rounding. */
+        if (is_at_rest(s) && (length == 0.0 || (length <= CLOSE && 2.0 * length >= before && steps > 0)))
             return KT_OK;
         if (length == 0.0)
             break;
