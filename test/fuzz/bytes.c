@@ -96,13 +96,12 @@ kt_absolute *kt_fuzz_absolute(const kt_description *description, const kt_model_
         is_of_tree = is_of_tree || description->effects[i].type == KT_EFFECT_EXPRESSION ||
                      description->effects[i].type == KT_EFFECT_JOINT_FRICTION;
     const kt_status status = kt_absolute_create(description, options, model, &absolute, &error);
-    kt_fuzz_must(
-        (status == KT_OK) == (absolute != NULL) &&
-            (status == KT_OK || status == KT_ERROR_MODEL ||
-             (status == KT_ERROR_UNSUPPORTED && (is_of_tree || kt_massless_count(model) > 0))),
-        "free bodies may lack inertia, formulas, rubbing loads and joints without mass be of the tree, and that is all: "
-        "%s: %s",
-        error.where, error.message);
+    kt_fuzz_must((status == KT_OK) == (absolute != NULL) &&
+                     (status == KT_OK || status == KT_ERROR_MODEL ||
+                      (status == KT_ERROR_UNSUPPORTED && (is_of_tree || kt_massless_count(model) > 0))),
+                 "free bodies may lack inertia, formulas, rubbing loads and joints without mass be of the tree, and "
+                 "that is all: %s: %s",
+                 error.where, error.message);
     return absolute;
 }
 

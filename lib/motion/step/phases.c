@@ -49,6 +49,7 @@ void kt_parts_list(kt_simulation *simulation) {
         const kt_part *part = simulation->parts[i];
         if ((active >> i & 1) == 0)
             continue;
+        /* cppcheck-suppress AssignmentAddressToInteger ; both sides are pointers to the hook of a phase */
         KT_PHASES(KT_PHASE_ADD)
     }
     phases->judge = counts.begin + counts.prepare + counts.check + counts.accept + counts.retry > 0;
