@@ -40,14 +40,28 @@ static int name_loop_coordinate(const kt_columns *columns, const kt_column *c, c
                          c->component, is_position ? at.nq : at.nv);
 }
 
+/* A column of a joint's or a loop's reaction. */
+static int name_reaction(const kt_columns *columns, const kt_column *c, char *text, size_t size) {
+    static const char *const wrench[] = {"fx", "fy", "fz", "mx", "my", "mz"};
+    const bool is_loop = c->source == KT_COLUMN_LOOP_REACTION;
+    return snprintf(text, size, "%s.%s.%s", c->source == KT_COLUMN_BEARING ? "bearing" : "reaction",
+                    is_loop ? kt_loop_name(columns->model, c->index) : kt_joint_name(columns->model, c->index),
+                    wrench[c->component]);
+}
+
+static int name_marker_column(const kt_columns *columns, const kt_column *c, char *text, size_t size) {
+    static const char *const orders[] = {"", "v", "a"};
+    return snprintf(text, size, "marker.%s.%s.%s%c", kt_body_name(columns->model, c->index),
+                    kt_marker_name(columns->model, c->index, c->marker), orders[c->source - KT_COLUMN_MARKER],
+                    "xyz"[c->component]);
+}
+
 int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t size) {
     static const char *const kinds[] = {"position", "velocity", "acceleration", "gravity"};
     static const char *const energies[] = {"kinetic", "potential", "total"};
     static const char *const works[] = {"dissipated", "supplied", "balance"};
-    static const char *const orders[] = {"", "v", "a"};
     static const char *const momenta[] = {"px", "py", "pz", "lx", "ly", "lz"};
     static const char *const axes[] = {"x", "y", "z", "body_x", "body_y", "body_z"};
-    static const char *const wrench[] = {"fx", "fy", "fz", "mx", "my", "mz"};
     static const char *const closure[] = {"x", "y", "z", "rx", "ry", "rz", "arc"};
     const kt_column *c = &columns->columns[column];
     const kt_model *model = columns->model;
@@ -62,9 +76,7 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
     case KT_COLUMN_MARKER:
     case KT_COLUMN_MARKER_VELOCITY:
     case KT_COLUMN_MARKER_ACCELERATION:
-        return snprintf(text, size, "marker.%s.%s.%s%c", kt_body_name(model, c->index),
-                        kt_marker_name(model, c->index, c->marker), orders[c->source - KT_COLUMN_MARKER],
-                        "xyz"[c->component]);
+        return name_marker_column(columns, c, text, size);
     case KT_COLUMN_ORIENTATION:
         return snprintf(text, size, "orientation.%s.%c", kt_body_name(model, c->index), "wxyz"[c->component]);
     case KT_COLUMN_ANGULAR_VELOCITY:
@@ -82,10 +94,8 @@ int kt_column_name(const kt_columns *columns, size_t column, char *text, size_t 
         return snprintf(text, size, "constraint.%s", kinds[c->component]);
     case KT_COLUMN_REACTION:
     case KT_COLUMN_BEARING:
-        return snprintf(text, size, "%s.%s.%s", c->source == KT_COLUMN_BEARING ? "bearing" : "reaction",
-                        kt_joint_name(model, c->index), wrench[c->component]);
     case KT_COLUMN_LOOP_REACTION:
-        return snprintf(text, size, "reaction.%s.%s", kt_loop_name(model, c->index), wrench[c->component]);
+        return name_reaction(columns, c, text, size);
     case KT_COLUMN_MULTIPLIER:
         return name_numbered(text, size, "reaction", kt_loop_name(model, c->index), ".multiplier", c->component,
                              kt_loop_rows_of(model, c->index).count);
