@@ -128,7 +128,7 @@ typedef enum kt_graph_reason {
         KT_GRAPH_REASON_COUNT /* how many */
 } kt_graph_reason;
 
-/* What became of a joint of a graph. */
+/* The choice for a joint of a graph. */
 typedef struct kt_graph_choice {
     const char *joint;      /* its name */
     const char *body;       /* the body that the joint carries; NULL: it closes a loop, or joins parts of one rigid

@@ -346,11 +346,11 @@ KT_API KT_CHECKED kt_status kt_scene_watch_create(const kt_scene *scene, const k
  * Cost: O(numbers that follow). */
 KT_API KT_CHECKED kt_status kt_scene_watch_sync(kt_scene_watch *watch, const kt_simulation *simulation,
                                                 kt_error *error);
-/* Returns the value of an event's formula in the simulation's state: of a comparison, the left side minus the right one
- * if it is `>`, and above zero if it is true. `event` is an index in the events of the scene; their number stands for
- * `until`. Returns NaN if the formula cannot be computed, if there is no such event, and for NULL. An event is a change
- * of sign: if the value at the start is on the side to which the event leads, it must first return to the other one.
- * The call allocates nothing.
+/* Returns the value of an event's formula in the simulation's state. The value of a comparison is above zero if the
+ * comparison is true: for `>`, it is the left side minus the right one. `event` is an index in the events of the
+ * scene; their number stands for `until`. Returns NaN if the formula cannot be computed, if there is no such event, and
+ * for NULL. An event is a change of sign: if the value at the start is on the side to which the event leads, it must
+ * first return to the other one. The call allocates nothing.
  * Cost: O(variables); with markers O(bodies), with reactions an evaluation of accelerations. */
 KT_API double kt_scene_event_value(kt_scene_watch *watch, const kt_simulation *simulation, int event);
 /* The velocities that events of the scene could not set. Loops, or velocities which the same event has set before,

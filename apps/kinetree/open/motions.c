@@ -1,4 +1,4 @@
-/* What drives a scene: loops that change with time, and jumps of the velocities that they prescribe. */
+/* The drives of a scene: loops that change with time, and jumps of the velocities that these loops prescribe. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "open/start.h"
 

@@ -284,9 +284,9 @@ void kt_warn_of_drift(kt_outcome *outcome);
 void kt_watch_stability(kt_outcome *outcome, const kt_record *record);
 void kt_warn_of_stability(kt_outcome *outcome);
 
-/* kt_watch_motion takes a record for the watches of the energy, the step, the stability, the corrections and the
- * growth. kt_warn_of_motion warns at the end of what they have seen, of drift, and of what the simulation has counted.
- * modes: of kt_watch_steps; NULL: fixed steps are not examined. */
+/* kt_watch_motion hands a record to all watches: energy, step, stability, corrections and growth. kt_warn_of_motion
+ * prints, at the end of a run, the warnings of these watches, of drift, and of counts of the simulation.
+ * modes: those of kt_watch_steps; NULL: fixed steps are not examined. */
 void kt_watch_motion(kt_outcome *outcome, kt_mode_watch *modes, const kt_record *record);
 void kt_warn_of_motion(kt_outcome *outcome, const kt_mode_watch *modes);
 

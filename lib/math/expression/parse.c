@@ -461,36 +461,31 @@ static bool parse_negation(kt_parser *p, bool *is_angle) {
     return put_term(p, (kt_expression_term){.code = KT_OPERATOR_NUMBER}) && put_operator(p, KT_OPERATOR_EQUAL);
 }
 
-/* Conditions are 1 or 0: `and` is their product. */
-static bool parse_conjunction(kt_parser *p, bool *is_angle) {
+/* Parts of a condition, joined by a word. */
+static bool parse_joined(kt_parser *p, bool *is_angle, const char *word, kt_operator joined,
+                         bool (*parse_part)(kt_parser *p, bool *is_angle)) {
     const char *spot = p->at;
-    if (!parse_negation(p, is_angle))
+    if (!parse_part(p, is_angle))
         return false;
-    while (is_word(p, "and")) {
-        if (!need_condition(p, spot, "and") || !take_word(p, "and"))
+    while (is_word(p, word)) {
+        if (!need_condition(p, spot, word) || !take_word(p, word))
             return false;
         spot = p->at;
-        if (!parse_negation(p, is_angle) || !need_condition(p, spot, "and") || !put_operator(p, KT_OPERATOR_MULTIPLY))
+        if (!parse_part(p, is_angle) || !need_condition(p, spot, word) || !put_operator(p, joined))
             return false;
         p->condition = true;
     }
     return true;
 }
 
+/* Conditions are 1 or 0: `and` is their product. */
+static bool parse_conjunction(kt_parser *p, bool *is_angle) {
+    return parse_joined(p, is_angle, "and", KT_OPERATOR_MULTIPLY, parse_negation);
+}
+
 /* `or` is the larger one. */
 static bool parse_condition(kt_parser *p, bool *is_angle) {
-    const char *spot = p->at;
-    if (!parse_conjunction(p, is_angle))
-        return false;
-    while (is_word(p, "or")) {
-        if (!need_condition(p, spot, "or") || !take_word(p, "or"))
-            return false;
-        spot = p->at;
-        if (!parse_conjunction(p, is_angle) || !need_condition(p, spot, "or") || !put_operator(p, KT_OPERATOR_MAX))
-            return false;
-        p->condition = true;
-    }
-    return true;
+    return parse_joined(p, is_angle, "or", KT_OPERATOR_MAX, parse_conjunction);
 }
 
 /* ---- the whole --------------------------------------------------------------------------------------------------- */
