@@ -61,7 +61,7 @@ CODE = [
     ("way", "path, support, direction", ()),
     ("way_out", "forward_pass", ()),
     ("way_back", "backward_pass", ()),
-    ("tangent", "dual number, complex step", ("lib/motion/sensitivity/", "lib/motion/simulation/", "lib/motion/contact/", "lib/study/compare/")),  # of a step's map
+    ("tangent", "dual number, complex step", ("lib/motion/sensitivity/", "lib/motion/step/", "lib/motion/simulation/", "lib/motion/contact/", "lib/study/compare/")),  # of a step's map
     ("kt_root", "kt_sqrt", ()),
     ("kt_raise", "kt_pow", ()),
     ("kt_angle", "kt_atan2", ()),

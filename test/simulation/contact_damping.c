@@ -2,7 +2,7 @@
  * it begins. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "evaluate/slip.h"
-#include "simulation/newton_matrices.h"
+#include "step/newton_matrices.h"
 
 #include <math.h>
 #include <stdio.h>

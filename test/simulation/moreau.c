@@ -4,7 +4,7 @@
 #include "kinetree/scene.h"
 #include "kinetree/simulation.h"
 
-#include "simulation/moreau.h"
+#include "contact/moreau.h"
 
 #include <math.h>
 #include <stdlib.h>

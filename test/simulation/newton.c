@@ -4,7 +4,8 @@
 #include "parsed.h"
 
 #include "kinetree/scene.h"
-#include "simulation/newton_matrices.h"
+#include "simulation/simulation.h"
+#include "step/newton_matrices.h"
 
 #include <math.h>
 #include <stdlib.h>

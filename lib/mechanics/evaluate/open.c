@@ -8,7 +8,7 @@
  * the result would leave its reaction or its impulse out, and is rejected. So is a result with friction of a joint that
  * the model lets slip in a direction that the joint does not have. Contacts that are released from the start do not
  * act. Masked friction that is released from the start would act in compiled models, and is rejected in such a model. A
- * simulation follows its contacts (simulation/contacts.c), so that its data are exempt (kt_data.followed).
+ * simulation follows its contacts (contact/contact_part.c), so that its data are exempt (kt_data.followed).
  *
  * The equations are those of the model in which all contacts are closed. Only poses are computed, and velocities only
  * if a gap has closed. Both lie in the caller's data, in which the following evaluation overwrites them. */

@@ -15,7 +15,7 @@
  * If 1 - G_ii of a contact is not positive, friction wedges it in its own direction of slip. Then the force has no
  * value, or two (Painleve 1895), and this is an error.
  *
- * e jumps when s passes through zero, which ends a step that would go beyond (simulation/contacts.c). The steps before
+ * e jumps when s passes through zero, which ends a step that would go beyond (contact/contact_part.c). The steps before
  * must see no jump. Therefore e is -s / abs(s) if s . d < 0, and d if s = 0, where d is the direction in which the
  * contact began to slip. If slip had turned from d by more than 26 degrees when a step began, d becomes its direction
  * at that time. Across s . d = 0, away from zero, e jumps nevertheless: with a d that stays behind, slip would come

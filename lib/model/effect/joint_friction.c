@@ -10,7 +10,7 @@
  * A part of C and S may be proportional to a reaction (evaluate/load_friction.c). The force here is without this part.
  *
  * With `stick` the friction is dry. Then the sign of v is the sign of the slip, which changes at events. At rest the
- * friction is a constraint (simulation/contacts.c).
+ * friction is a constraint (contact/contact_part.c).
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"

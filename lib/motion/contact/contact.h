@@ -11,7 +11,7 @@
 #include "evaluate/load_friction.h"
 #include "evaluate/slip.h"
 #include "model/switching.h"
-#include "step/simulation_struct.h"
+#include "step/simulation_core.h"
 
 /* One item: a loop that bounds a side, friction of a joint, or friction of a contact. A contact with friction has two
  * items. */
@@ -123,7 +123,7 @@ typedef struct kt_impact_phase {
 size_t kt_impact_phase_size(size_t n, size_t list);
 kt_impact_phase *kt_impact_phase_init(size_t n, size_t list, void *memory);
 
-/* The tries of a step that failed (simulation/retry.c). */
+/* The tries of a step that failed (contact/retry.c). */
 typedef struct kt_contact_retry {
     double t_limit; /* s, the end of the whole step */
     int attempt;    /* to free a contact that friction wedges, the next one */
@@ -548,5 +548,15 @@ void kt_contacts_close_grazing(kt_simulation *simulation, const double *W, const
 /* Finds friction of joints that slips at no rate, since closed contacts, loops or other sticking friction hold the
  * joint. Returns its bits. */
 uint64_t kt_contacts_find_held(const kt_simulation *simulation);
+
+/* The parts of hard contacts. */
+extern const kt_part kt_slip_part, kt_contact_part, kt_moreau_part, kt_retry_part;
+
+/* Lists the hard contacts and adds their events before all others (contact_part.c). Requires the model, data and memory
+ * of the simulation. */
+KT_CHECKED kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error);
+
+/* Frees a contact that friction wedges, from the attempt *attempt on. Returns whether a step may be tried. */
+bool kt_contacts_free_wedged(kt_simulation *simulation, int *attempt);
 
 #endif

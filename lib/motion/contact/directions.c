@@ -7,9 +7,9 @@
  *
  * So slip counts its turns while it is slower than the rest velocity of its contact. It also counts steps along which
  * such slip does not grow: because rounding may hide turns, and one foot may slip while it holds another foot. Tries of
- * a fixed step that find no solution, or gain energy, count, too (simulation/retry.c). After TURNS such events,
+ * a fixed step that find no solution, or gain energy, count, too (contact/retry.c). After TURNS such events,
  * contacts that slip below their rest velocity come to rest at the beginning of a step, like slip that comes to rest in
- * ever shorter parts (simulation/contacts.c). If friction can hold only some contacts, the others begin to slip again.
+ * ever shorter parts (contact/contact_part.c). If friction can hold only some contacts, the others begin to slip again.
  * If friction can hold none, all slip on as before.
  *
  * The errors of adaptive steps may be larger than the rest velocity. Slip then goes round its rest at the speed of

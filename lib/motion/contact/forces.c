@@ -1,4 +1,4 @@
-/* Reactions at an instant, w+ = w + W lambda of the contacts that touch (simulation/contacts.c has the law).
+/* Reactions at an instant, w+ = w + W lambda of the contacts that touch (contact/contact_part.c has the law).
  *
  * Contacts without friction, and dry friction of joints, are a linear complementarity problem. With friction of
  * contacts the problem is Coulomb's (friction.c). */

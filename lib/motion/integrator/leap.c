@@ -1,4 +1,4 @@
-/* The family of methods whose steps the caller takes: time stepping over impacts (simulation/moreau.c), in which the
+/* The family of methods whose steps the caller takes: time stepping over impacts (contact/moreau.c), in which the
  * state has no slope. The integrator keeps the grid, the two states of the last step, and the dense output between
  * them,
  *

@@ -1,5 +1,5 @@
 /* A step as a function of its start: the stages of the table, their sum, and the projection. The bits are those of a
- * simulation (integrator/explicit.c, simulation/state_equations.c). A fixed step does not need the last stage of an
+ * simulation (integrator/explicit.c, step/state_equations.c). A fixed step does not need the last stage of an
  * fsal method. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "assembly/project.h"

@@ -16,16 +16,6 @@ static size_t find_event_named(const kt_simulation *simulation, const char *name
     return k;
 }
 
-void kt_event_append(kt_simulation *simulation, const kt_event *event) {
-    const size_t k = simulation->events.count++;
-    simulation->events.list[k] = *event;
-    simulation->event_memory[k] = (kt_event_memory){.breakpoint = (double)NAN};
-    simulation->event_root[k] = (kt_event_root){.due = 0};
-    simulation->events.search[k] = (kt_event_search){.breakpoint = (double)NAN};
-    simulation->events.time = (double)NAN;
-    kt_parts_list(simulation);
-}
-
 kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *event, kt_error *error) {
     if (KT_IS_MISSING(error, simulation, event))
         return KT_ERROR_ARGUMENT;

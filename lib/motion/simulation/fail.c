@@ -29,11 +29,6 @@
 #include <stdio.h>
 #include <string.h>
 
-bool kt_simulation_is_recoverable(kt_status status) {
-    return status == KT_ERROR_NOT_FINITE || status == KT_ERROR_SINGULAR || status == KT_ERROR_CONSTRAINT ||
-           status == KT_ERROR_EFFECT;
-}
-
 /* Returns KT_OK if the loops can be closed after the fraction `part` of that delay. */
 static kt_status close_later(const kt_simulation *simulation, double part, kt_error *found) {
     const double t = kt_integrator_time(simulation->integrator);

@@ -10,11 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-void kt_simulation_inputs_use(kt_simulation *simulation) {
-    simulation->tau = simulation->memory.now.torque ? simulation->torque : NULL;
-    simulation->external = simulation->memory.now.wrenches ? simulation->wrench : NULL;
-}
-
 static bool inputs_differ(const kt_simulation *simulation) {
     const kt_simulation_memory *memory = &simulation->memory;
     const kt_simulation_sizes *size = &simulation->size;

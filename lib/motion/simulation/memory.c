@@ -3,13 +3,13 @@
 #include "base/copy.h"
 #include "base/options.h"
 #include "base/where.h"
+#include "contact/moreau.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"
 #include "evaluate/gaps.h"
 #include "integrator/integrator.h"
 #include "kinetree/loop.h"
 #include "model/switching.h"
-#include "simulation/moreau.h"
 #include "simulation/simulation.h"
 
 #include <math.h>

@@ -5,6 +5,7 @@
  * before events are evaluated, and contacts come after events, because contacts use their values. Counts precede the
  * balance, since the factorizations of refined powers do not count. */
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "contact/contact.h"
 #include "simulation/simulation.h"
 
 static const kt_part *const parts[] = {

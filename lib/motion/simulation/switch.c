@@ -43,20 +43,6 @@ static kt_status check_gap(kt_simulation *simulation, double t, const double *y,
                         residual.position, most);
 }
 
-kt_status kt_simulation_find_loss(kt_simulation *simulation, const double *v, const double *y, double *loss,
-                                  kt_error *error) {
-    double *d = simulation->a;
-    for (size_t i = 0; i < simulation->size.nv; i++)
-        d[i] = y[simulation->size.nq + i] - v[i];
-    simulation->cached = KT_CACHED_NOTHING;
-    kt_status status = kt_simulation_date_masses(simulation, kt_integrator_time(simulation->integrator), error);
-    if (status == KT_OK)
-        status = kt_kinematics_update(simulation->model, simulation->data, y, d, NULL, error);
-    if (status == KT_OK)
-        *loss = kt_kinetic_energy(simulation->model, simulation->data);
-    return status;
-}
-
 /* Writes the state and the work done after the switch to y. */
 static kt_status close_switched_state(kt_simulation *simulation, const kt_simulation_energy *before,
                                       kt_simulation_energy *after, kt_error *error) {

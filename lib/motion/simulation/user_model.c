@@ -28,13 +28,6 @@ const double *kt_simulation_auxiliary_states(const kt_simulation *simulation) {
     return simulation ? simulation->state + simulation->size.user_nq + simulation->size.user_nv : NULL;
 }
 
-void kt_simulation_inputs(kt_simulation *simulation, const double *q, const double **tau, const kt_wrench **external) {
-    const kt_transformation *by = simulation->transformation;
-    by->wrenches(by, q, *tau, *external, simulation->body_wrench);
-    *tau = NULL;
-    *external = simulation->body_wrench;
-}
-
 /* Updates the user model's state after a step. */
 static void finish_state(kt_simulation *simulation) {
     const kt_transformation *by = simulation->transformation;

@@ -14,11 +14,10 @@
  * same way, down to `finest` of its length. Between both lengths, errors are larger than the work of friction.
  *
  * If no length passes, friction wedges a contact in the present state, or behind it within the shortest step, or slow
- * slip turns within that step. Slow slip then comes to rest, or the contact is freed (simulation/contacts.c). */
+ * slip turns within that step. Slow slip then comes to rest, or the contact is freed (contact/contact_part.c). */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "contact/contact.h"
 #include "integrator/integrator.h"
-#include "simulation/simulation.h"
 
 #include <float.h>
 #include <math.h>

@@ -48,7 +48,7 @@
 #include "evaluate/slip.h"
 #include "integrator/complex.h"
 #include "integrator/integrator.h"
-#include "simulation/newton_matrices.h"
+#include "step/newton_matrices.h"
 
 #include <math.h>
 #include <string.h>

@@ -14,7 +14,7 @@
 #include "base/where.h"
 #include "evaluate/evaluate.h"
 #include "kinetree/algebra.h"
-#include "simulation/simulation.h"
+#include "kinetree/record.h"
 
 static kt_vec3 reaction_on_first_body(const kt_record *record, int loop) {
     const double sign = record->model->loop[loop].type == KT_LOOP_ROLLING ? -1.0 : 1.0;
@@ -79,12 +79,4 @@ kt_status kt_record_contact(const kt_record *record, int effect, kt_contact_load
     }
     *load = out;
     return KT_OK;
-}
-
-kt_status kt_contact_force(kt_simulation *simulation, int effect, kt_contact_load *load, kt_error *error) {
-    kt_record record;
-    if (KT_IS_MISSING(error, simulation, load))
-        return KT_ERROR_ARGUMENT;
-    const kt_status status = kt_simulation_sense(simulation, &record, error);
-    return status == KT_OK ? kt_record_contact(&record, effect, load, error) : status;
 }

@@ -1,10 +1,10 @@
 /* The matrices of Newton's equations (second_order_newton.c). */
 /* SPDX-License-Identifier: Apache-2.0 */
-#ifndef KT_SIMULATION_NEWTON_MATRICES_H
-#define KT_SIMULATION_NEWTON_MATRICES_H
+#ifndef KT_STEP_NEWTON_MATRICES_H
+#define KT_STEP_NEWTON_MATRICES_H
 
 #include "integrator/complex.h"
-#include "simulation/simulation.h"
+#include "step/simulation_core.h"
 
 #define KT_SQUARE(x) ((x) * (x))
 

@@ -8,7 +8,7 @@
  * model, in which each contact has its rows.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "simulation/moreau.h"
+#include "contact/moreau.h"
 
 #include "base/copy.h"
 #include "constraint/group.h"
@@ -16,7 +16,6 @@
 #include "evaluate/evaluate.h"
 #include "model/switching.h"
 #include "reduction/kernel.h"
-#include "simulation/simulation.h"
 
 /* The multipliers of the equations of contacts, in the order of the model in which all are closed. */
 static void find_contact_multipliers(const kt_simulation *simulation) {

@@ -22,11 +22,28 @@
 #include "evaluate/evaluate.h"
 #include "integrator/integrator.h"
 #include "model/switching.h"
-#include "simulation/simulation.h"
+#include "step/simulation_core.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
+
+bool kt_simulation_is_recoverable(kt_status status) {
+    return status == KT_ERROR_NOT_FINITE || status == KT_ERROR_SINGULAR || status == KT_ERROR_CONSTRAINT ||
+           status == KT_ERROR_EFFECT;
+}
+
+void kt_simulation_inputs_use(kt_simulation *simulation) {
+    simulation->tau = simulation->memory.now.torque ? simulation->torque : NULL;
+    simulation->external = simulation->memory.now.wrenches ? simulation->wrench : NULL;
+}
+
+void kt_simulation_inputs(kt_simulation *simulation, const double *q, const double **tau, const kt_wrench **external) {
+    const kt_transformation *by = simulation->transformation;
+    by->wrenches(by, q, *tau, *external, simulation->body_wrench);
+    *tau = NULL;
+    *external = simulation->body_wrench;
+}
 
 /* ---- the caller's equations -------------------------------------------------------------------------------------- */
 

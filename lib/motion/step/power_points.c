@@ -3,7 +3,7 @@
 #include "evaluate/evaluate.h"
 #include "integrator/integrator.h"
 #include "model/motion.h"
-#include "simulation/simulation.h"
+#include "step/simulation_core.h"
 
 #include <math.h>
 

@@ -1,6 +1,6 @@
 /* The impulses of a step (moreau.c): the problem for the cone solver, island by island, and penetration. */
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "simulation/moreau.h"
+#include "contact/moreau.h"
 
 #include "base/copy.h"
 #include "base/where.h"

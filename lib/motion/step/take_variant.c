@@ -5,7 +5,7 @@
 #include "evaluate/gaps.h"
 #include "integrator/integrator.h"
 #include "model/switching.h"
-#include "simulation/simulation.h"
+#include "step/simulation_core.h"
 
 void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model) {
     kt_simulation_sizes *size = &simulation->size;

@@ -1,6 +1,6 @@
 /* The items of a step (moreau.c): the contacts that take part, and their responses. */
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "simulation/moreau.h"
+#include "contact/moreau.h"
 
 #include "base/copy.h"
 #include "control/mass_inverse.h"

@@ -35,12 +35,11 @@
 
 #include "base/copy.h"
 #include "base/require.h"
+#include "contact/moreau.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"
 #include "integrator/integrator.h"
 #include "model/switching.h"
-#include "simulation/moreau.h"
-#include "simulation/simulation.h"
 
 #include <math.h>
 
@@ -433,14 +432,6 @@ static bool crowds(const kt_simulation *simulation) {
 static const kt_event_source contact_source = {
     .rest = rest, .crowds = crowds, .ends = kt_contact_slip_ends, .kink = kt_contact_kink};
 
-const kt_model *kt_simulation_resting_model(kt_simulation *simulation) {
-    if (simulation->contacts == NULL || simulation->steps_over_contacts)
-        return kt_simulation_model(simulation);
-    double *a = simulation->contacts->response;
-    return kt_simulation_acceleration(simulation, a, NULL) == KT_OK ? kt_contacts_resting_model(simulation, a)
-                                                                    : simulation->model;
-}
-
 /* ---- the part of a simulation ------------------------------------------------------------------------------------ */
 
 static bool has_contacts(const kt_simulation *simulation) {
@@ -502,42 +493,4 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
         simulation->memory.contacts.count += !kt_contact_rubs(c, k);
     kt_parts_list(simulation);
     return status;
-}
-
-/* ---- released ---------------------------------------------------------------------------------------------------- */
-
-uint64_t kt_simulation_released(const kt_simulation *simulation) {
-    const bool has = simulation != NULL && simulation->contacts != NULL;
-    return has ? simulation->memory.released & ~simulation->contacts->back : 0;
-}
-
-kt_status kt_simulation_set_released(kt_simulation *simulation, uint64_t set, kt_error *error) {
-    if (KT_IS_MISSING(error, simulation))
-        return KT_ERROR_ARGUMENT;
-    const uint64_t before = simulation->memory.released;
-    const struct kt_contacts *c = simulation->contacts;
-    uint64_t known = 0, after = set;
-    for (int k = 0; c != NULL && k < c->n; k++) {
-        known |= kt_contact_rubs(c, k) ? 0 : c->item[k].bit;
-        after |= (set & c->item[k].bit) != 0 ? c->item[k].back : 0;
-    }
-    if ((set & ~known) != 0)
-        return kt_error_set(
-            error, KT_ERROR_ARGUMENT, "kt_simulation_set_released",
-            "of the set 0x%llx only 0x%llx are hard stops, contacts, slack ropes, or joint friction that sticks",
-            (unsigned long long)set, (unsigned long long)(set & known));
-    if (after == before)
-        return KT_OK;
-    simulation->memory.released = after;
-    simulation->contact_time = (double)NAN;
-    const kt_status status = kt_simulation_set_switches(simulation, simulation->model->set, NULL, error);
-    if (status != KT_OK)
-        simulation->memory.released = before;
-    return status;
-}
-
-/* ---- for callers ------------------------------------------------------------------------------------------------- */
-
-kt_contact_counts kt_simulation_contacts(const kt_simulation *simulation) {
-    return simulation != NULL ? simulation->memory.contacts : (kt_contact_counts){.impacts = 0};
 }

@@ -24,7 +24,7 @@
 #include "effect/effect.h"
 #include "expression/formula_breakpoint.h"
 #include "integrator/integrator.h"
-#include "simulation/simulation.h"
+#include "step/simulation_core.h"
 
 #include <float.h>
 #include <math.h>

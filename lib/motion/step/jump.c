@@ -8,7 +8,7 @@
 #include "base/copy.h"
 #include "evaluate/evaluate.h"
 #include "integrator/integrator.h"
-#include "simulation/simulation.h"
+#include "step/simulation_core.h"
 
 #include <math.h>
 #include <string.h>
@@ -97,6 +97,20 @@ kt_status kt_simulation_find_energy(kt_simulation *simulation, const double *y, 
         *energy = (kt_simulation_energy){.kinetic = kt_kinetic_energy(model, simulation->data),
                                          .potential = kt_potential_energy(model, simulation->data) +
                                                       kt_effect_energy(model, simulation->data, t, y, v)};
+    return status;
+}
+
+kt_status kt_simulation_find_loss(kt_simulation *simulation, const double *v, const double *y, double *loss,
+                                  kt_error *error) {
+    double *d = simulation->a;
+    for (size_t i = 0; i < simulation->size.nv; i++)
+        d[i] = y[simulation->size.nq + i] - v[i];
+    simulation->cached = KT_CACHED_NOTHING;
+    kt_status status = kt_simulation_date_masses(simulation, kt_integrator_time(simulation->integrator), error);
+    if (status == KT_OK)
+        status = kt_kinematics_update(simulation->model, simulation->data, y, d, NULL, error);
+    if (status == KT_OK)
+        *loss = kt_kinetic_energy(simulation->model, simulation->data);
     return status;
 }
 

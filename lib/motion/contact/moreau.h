@@ -1,7 +1,7 @@
-/* Time stepping over impacts (moreau.c), for the files of this folder. */
+/* Time stepping over impacts (moreau.c), for the files of this folder and of simulation/. */
 /* SPDX-License-Identifier: Apache-2.0 */
-#ifndef KT_SIMULATION_MOREAU_H
-#define KT_SIMULATION_MOREAU_H
+#ifndef KT_CONTACT_MOREAU_H
+#define KT_CONTACT_MOREAU_H
 
 #include "cone/cone.h"
 #include "contact/contact.h"

@@ -51,14 +51,13 @@
  * contact dynamics method, 1999; D. E. Stewart, J. C. Trinkle, An implicit time-stepping scheme, 1996 (the bound).
  */
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "simulation/moreau.h"
+#include "contact/moreau.h"
 
 #include "base/copy.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"
 #include "integrator/integrator.h"
 #include "model/switching.h"
-#include "simulation/simulation.h"
 
 #include <math.h>
 
