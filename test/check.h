@@ -14,8 +14,8 @@
  * 2 are allowed and none occurs. Slack fails no test. The script test/count.py counts it at the end of the suite. A
  * comment at each place gives the reason for its bound.
  *
- * Arguments of the program are patterns that choose tests by name ('aba_*'), file ('contact_disc') or both
- * ('contact_disc/rolls*'). Each file runs in a process of its own: runner.c.
+ * Arguments of the program are patterns that choose tests by name ('aba_*'), file ('disc') or both
+ * ('disc/rolls*'). Each file runs in a process of its own: runner.c.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_TEST_CHECK_H

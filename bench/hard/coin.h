@@ -3,7 +3,7 @@
 #ifndef KT_BENCH_HARD_COIN_H
 #define KT_BENCH_HARD_COIN_H
 
-#include "../../test/scene/coin.h"
+#include "../../test/files/scene/coin.h"
 
 /* rad; N m s/rad, against the rate Omega at which it turns about the vertical; Coulomb's coefficient. */
 #define KT_COIN_ALPHA 0.1

@@ -1,7 +1,7 @@
 /* A trebuchet whose sling lets go at a height: the ball's place while it is slung and flies, and where it lands.
  *
- * The reference integrates the trebuchet's own equations (test/scene/trebuchet.c) by RK4 in steps of 1/64 ms up to the
- * release. The release is at the end of the last step after which the ball is at the height. From there on the
+ * The reference integrates the trebuchet's own equations (test/files/scene/trebuchet.c) by RK4 in steps of 1/64 ms up
+ * to the release. The release is at the end of the last step after which the ball is at the height. From there on the
  * reference is a parabola.
  */
 /* SPDX-License-Identifier: Apache-2.0 */

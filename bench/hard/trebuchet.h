@@ -3,7 +3,7 @@
 #ifndef KT_BENCH_HARD_TREBUCHET_H
 #define KT_BENCH_HARD_TREBUCHET_H
 
-#include "../../test/scene/trebuchet.h"
+#include "../../test/files/scene/trebuchet.h"
 #include "events.h"
 
 /* Sees where the ball is, x, y, x', y', and from the last millisecond, where it lands. */

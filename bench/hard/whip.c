@@ -14,7 +14,7 @@
  * determines the changes of the rates in the same way as forces determine w'.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "../../test/simulation/whip.h"
+#include "../../test/motion/contact/whip.h"
 
 #include "events.h"
 #include "kinetree/scene.h"

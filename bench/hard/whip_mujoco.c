@@ -3,7 +3,7 @@
  * one and two. The methods were RK4, Euler and implicit. The chosen values have the least error. Others have errors up
  * to 2e-2. */
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "../../test/simulation/whip.h"
+#include "../../test/motion/contact/whip.h"
 
 #include "events.h"
 #include "mujoco.h"

@@ -3,7 +3,7 @@
  * 1e-10 to 1e-5. The solver was dWorldStep, or dWorldQuickStep with up to 300 iterations. The chosen values have the
  * least error. Others have errors up to 1.2e-3. */
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "../../test/simulation/whip.h"
+#include "../../test/motion/contact/whip.h"
 
 #include "ode.h"
 

@@ -1,7 +1,7 @@
 /* A woodpecker toy that jams, slides and pecks its way down a pole: its period, held to a time stepping of its own
  * equations. */
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "../../test/scene/woodpecker.h"
+#include "../../test/files/scene/woodpecker.h"
 
 #include "events.h"
 

@@ -5,7 +5,7 @@
 #ifndef KT_BENCH_HARD_WOODPECKER_H
 #define KT_BENCH_HARD_WOODPECKER_H
 
-#include "../../test/scene/woodpecker.h"
+#include "../../test/files/scene/woodpecker.h"
 
 #define KT_WOODPECKER_N 100.0
 #define KT_WOODPECKER_RHO 0.01

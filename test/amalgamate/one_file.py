@@ -35,14 +35,15 @@ WRONG_CALLS = {"": "give the folder of the sources and a folder", ". --small": "
                "apps out": "'apps' has no lib/meson.build", ". README.md": "the folder 'README.md' cannot be made"}
 
 # Programs of the suite with the sources of each, in test/.
-TREE = ["dynamics/oracle.c", "dynamics/oracle_motion.c", "dynamics/rewrite.c", "dynamics/tree.c"]
-TANGLE = [*TREE, "constraint/linkage.c", "constraint/tangle.c", "constraint/tangle_dense.c"]
+TREE = [f"mechanics/dynamics/{name}.c" for name in ("oracle", "oracle_motion", "rewrite", "tree")]
+TANGLE = [*TREE, *(f"mechanics/constraint/{name}.c" for name in ("linkage", "tangle", "tangle_dense"))]
+PROBLEMS, SCENES = "motion/integrator/problems.c", "motion/simulation/scenes.c"
 SAMPLE = {
-    "dynamics/aba": TREE, "dynamics/rnea": TREE, "dynamics/planar": TREE, "dynamics/published": TREE,
-    "effect/jacobian": [], "mechanism/custom_loop": TANGLE, "mechanism/reaction": TANGLE, "closure/order": TANGLE,
-    "integrator/order": ["integrator/problems.c"], "integrator/radau": ["integrator/problems.c"],
-    "simulation/gap": ["simulation/scenes.c"], "simulation/contact_rest": ["simulation/scenes.c"],
-    "simulation/checkpoint": ["simulation/scenes.c", "dynamics/tree.c"],
+    "mechanics/dynamics/aba": TREE, "mechanics/dynamics/rnea": TREE, "mechanics/dynamics/planar": TREE, "mechanics/dynamics/published": TREE,
+    "model/effect/jacobian": [], "mechanics/evaluate/custom_loop": TANGLE, "mechanics/evaluate/reaction": TANGLE,
+    "mechanics/assembly/order": TANGLE, "motion/integrator/order": [PROBLEMS], "motion/integrator/radau": [PROBLEMS],
+    "motion/simulation/gap": [SCENES], "motion/contact/rest": [SCENES],
+    "motion/simulation/checkpoint": [SCENES, "mechanics/dynamics/tree.c"],
 }
 
 

@@ -1,5 +1,5 @@
 /* Inputs that are no scene. The command rejects them with a message and exit status 2, at once and in little memory.
- * The library's own limits are tested in test/scene/limit.c.
+ * The library's own limits are tested in test/files/scene/limit.c.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "sanitized.h"

@@ -4,8 +4,8 @@
 #include "fuzz.h"
 #include "kinetree/import.h"
 
-#include "../scene/collect.h"
-#include "../scene/difference.h"
+#include "files/scene/collect.h"
+#include "files/scene/difference.h"
 
 #include <stdio.h>
 #include <stdlib.h>

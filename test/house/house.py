@@ -83,6 +83,13 @@ def direction_problems(root, sources):
                 yield f"{path.relative_to(root)}:{number}: \"{target}\" {problem}"
 
 
+def misplaced_tests(root):
+    """Rooms of lib/ without tests in the same place of test/, folders of storeys there that are no room, and rooms beside them."""
+    rooms = {path.relative_to(root / "test").as_posix() for storey in STOREYS for path in (root / "test" / storey).glob("*") if path.is_dir()}
+    beside = {path.name for path in (root / "test").iterdir() if path.is_dir() and path.name not in STOREYS}
+    return sorted(rooms ^ set(PLACES)) + sorted(beside & set(ROOMS))
+
+
 def misplaced(root):
     """Folders of lib/ that are no storey, and folders of storeys that are no room."""
     storeys = sorted(path.name for path in (root / "lib").iterdir() if path.is_dir())
@@ -165,6 +172,7 @@ def main():
     else:
         note("no git here: what stands at the top level is not asked")
     claim("lib_has_seven_storeys_of_rooms_that_meson_lists", misplaced(root))
+    claim("tests_mirror_the_storeys_and_rooms_of_lib", misplaced_tests(root))
     claim("rooms_use_only_what_is_below_them", list(direction_problems(root, library)))
 
     claim("each_face_is_stable_or_experimental_and_its_first_line_states_it", list(surface_problems(faces)))

@@ -73,7 +73,7 @@ def quotations_of(root):
 
 def dead_kinds(root, texts):
     """Patterns of robots.py, which shorten messages for the tables, that no message has."""
-    table = re.search(r"^KINDS = \[(.*?)\]$", (root / "test/robot/robots.py").read_text(), flags=re.M | re.S)[1]
+    table = re.search(r"^KINDS = \[(.*?)\]$", (root / "test/files/robot/robots.py").read_text(), flags=re.M | re.S)[1]
     for pattern, _ in re.findall(r'\("([^"]*)", "([^"]*)"\)', table):
         for one in pattern.split("|"):
             if not any(" ".join(words_of(one)) in text for text in texts):

@@ -1,6 +1,6 @@
 /* Every bundled scene: that it is there, described, and runs in a blink. */
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "../scene/collect.h"
+#include "files/scene/collect.h"
 #include "scene.h"
 
 #include <math.h>

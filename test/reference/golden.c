@@ -14,7 +14,7 @@
  * test/reference/golden --update writes the list anew (KT_GOLDEN_UPDATE). */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "../formulation.h"
-#include "../scene/collect.h"
+#include "files/scene/collect.h"
 #include "scene.h"
 #include "scene_files.h"
 

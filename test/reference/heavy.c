@@ -7,7 +7,7 @@
 #include "kinetree/analysis.h"
 #include "kinetree/descriptor.h"
 
-#include "../scene/collect.h"
+#include "files/scene/collect.h"
 #include "scene.h"
 #include "scene_files.h"
 

@@ -1,6 +1,6 @@
 /* Implicit methods on bundled scenes: their cost, and their order with loops, with quaternions and with rolling. */
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "../scene/collect.h"
+#include "files/scene/collect.h"
 #include "scene.h"
 
 #include <math.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "scene.h"
 
-#include "../scene/collect.h"
+#include "files/scene/collect.h"
 
 #include <math.h>
 #include <stdio.h>

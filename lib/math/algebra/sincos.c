@@ -9,8 +9,8 @@
  *   sin(r + e) = r + e + r^2 (r (-1/3! + r^2/5! - ...) - e/2)
  *   cos(r + e) = 1 - r^2/2 + (r^4/4! - ... - r e)
  *
- * and the two swap and change sign with n mod 4. Error below one unit in the last place (test/algebra/sincos.c measures
- * 0.88). Larger angles, beyond n = 2^20, and numbers that are not finite use libm's sin and cos, one by one.
+ * and the two swap and change sign with n mod 4. Error below one unit in the last place (test/math/algebra/sincos.c
+ * measures 0.88). Larger angles, beyond n = 2^20, and numbers that are not finite use libm's sin and cos, one by one.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/sincos.h"

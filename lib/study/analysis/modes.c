@@ -32,7 +32,7 @@
 #include <string.h>
 
 #define ROUNDED 1e-6 /* of the largest entry, in units: larger errors are not those of rounding */
-#define TIMES 4.0    /* true errors are within so many estimated ones (test/analysis/honest.c) */
+#define TIMES 4.0    /* true errors are within so many estimated ones (test/study/analysis/honest.c) */
 
 /* ---- eigenvalues ------------------------------------------------------------------------------------------------- */
 
