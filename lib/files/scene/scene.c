@@ -63,7 +63,7 @@ static const kt_field fields[] = {
     {.key = "loops", .kind = &kt_kind_items, .flags = KT_FIELD_SECTION, .detail = &kt_loops},
     {.key = "initial", .kind = &kt_kind_map, .flags = KT_FIELD_SECTION, .detail = &kt_initial_table},
     {.key = "effects", .kind = &kt_kind_items, .flags = KT_FIELD_SECTION, .detail = &kt_effects},
-    {.key = "events", .kind = &kt_kind_events, .flags = KT_FIELD_SECTION, .detail = &kt_events},
+    {.key = "events", .kind = &kt_kind_events, .flags = KT_FIELD_SECTION, .detail = &kt_event_items},
     {.key = "simulate", .kind = &kt_kind_simulate, .flags = KT_FIELD_SECTION},
     {.key = "output", .kind = &kt_kind_map, .flags = KT_FIELD_SECTION, .detail = &kt_output_table},
 };

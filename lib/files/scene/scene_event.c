@@ -450,15 +450,15 @@ static void write_event(kt_emitter *e, const void *item, int index) {
     kt_table_write(e, &event_table, item, &rest);
 }
 
-const kt_items kt_events = {.expected = "a list of events ('- {name: ..., when: ..., then: ...}')",
-                            .noun = "event",
-                            .section = "events",
-                            .most = EVENT_COUNT_MAX,
-                            .size = sizeof(kt_scene_event),
-                            .array = offsetof(kt_scene, events),
-                            .count = offsetof(kt_scene, event_count),
-                            .read = read_event,
-                            .write = write_event};
+const kt_items kt_event_items = {.expected = "a list of events ('- {name: ..., when: ..., then: ...}')",
+                                 .noun = "event",
+                                 .section = "events",
+                                 .most = EVENT_COUNT_MAX,
+                                 .size = sizeof(kt_scene_event),
+                                 .array = offsetof(kt_scene, events),
+                                 .count = offsetof(kt_scene, event_count),
+                                 .read = read_event,
+                                 .write = write_event};
 
 static void write_events(kt_emitter *e, const kt_member *m) {
     const kt_assigned_number *number;

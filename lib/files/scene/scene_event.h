@@ -6,8 +6,8 @@
 #include "kinetree/expression.h"
 #include "scene/scene_part.h"
 
-extern const kt_kind kt_kind_events; /* the section `events`, of a kt_scene: kt_events */
-extern const kt_items kt_events;
+extern const kt_kind kt_kind_events; /* the section `events`, of a kt_scene: kt_event_items */
+extern const kt_items kt_event_items;
 extern const kt_kind kt_kind_until; /* `simulate.until`, of a kt_scene */
 
 /* Whether a formula of this description's variables, kept as kt_read_formula gives it, is a comparison. */

@@ -15,7 +15,7 @@ typedef struct kt_value {
 
 typedef struct kt_search {
     const kt_expression *expression;
-    kt_part *found;
+    kt_expression_part *found;
     void *user;
 } kt_search;
 
@@ -37,7 +37,7 @@ static kt_value join_arguments(const kt_search *s, const kt_value *x, const kt_v
     return (kt_value){x->begin, end, source};
 }
 
-void kt_expression_parts(const kt_expression *expression, int32_t symbol, kt_part *found, void *user) {
+void kt_expression_parts(const kt_expression *expression, int32_t symbol, kt_expression_part *found, void *user) {
     const kt_search s = {expression, found, user};
     kt_value stack[KT_EXPRESSION_DEPTH_MAX] = {{0, 0, OF_NOTHING}};
     for (kt_postfix w = kt_postfix_begin(expression); kt_postfix_next(&w);) {
