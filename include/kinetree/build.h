@@ -121,6 +121,7 @@ typedef struct kt_graph_joint {
     X(KT_GRAPH_CUT_OF_FREEDOMS, "it has the most coordinates of its loop, which leaves the fewest equations")          \
     X(KT_GRAPH_CUT_OF_LENGTHS, "it is farthest from the ground, which makes the loops short")
 
+/* The reasons of KT_GRAPH_REASON_LIST. */
 typedef enum kt_graph_reason {
 #define KT_GRAPH_REASON_ENUM(id, words) id,
     KT_GRAPH_REASON_LIST(KT_GRAPH_REASON_ENUM)

@@ -3,7 +3,7 @@
 
 document.py build OUTPUT [DEPENDENCIES [COMMAND [GALLERY]]]
     writes OUTPUT/html, and DEPENDENCIES, a rule for ninja; a warning is a failure. COMMAND is `kinetree`, whose manual
-    pages become a part of the reference; GALLERY is the folder that gallery.py has written
+    pages and whose page of types become a part of the reference; GALLERY is the folder that gallery.py has written
 document.py filter FILE
     prints the header FILE for Doxygen; lines keep their numbers
 
@@ -38,7 +38,7 @@ NAME = r"(?:kt|KT)_\w*[A-Za-z0-9]"
 
 def link(name, shown=None):
     """A name, kt_struct.member, a header's name, or a page."""
-    if (HERE / f"pages/{name}.md").exists() or name.endswith(".h"):
+    if (HERE / f"pages/{name}.md").exists() or name == "types" or name.endswith(".h"):
         return f"[{shown or name}]({name}.html)"
     target = name.replace(".", "::")
     return f'\\ref {target} "{shown or name}"'
@@ -445,8 +445,12 @@ def add_live_figures(source, gallery):
             page.write(FIGURE.format(title=title, words=words, scene=scene, address=address))
 
 
+# If the site is built without the command, which makes the page of its descriptors.
+TYPES = "# Joints, loops, effects, functions and shapes\n\n`kinetree help --types` prints every type with its keys, its formula and a scene.\n"
+
+
 def gather(output, command, gallery):
-    """The sources of the site: the pages, the pictures, a page for each header, and one for each subcommand."""
+    """The sources of the site: the pages, the pictures, a page for each header, one of all types, and one for each subcommand."""
     source, extra = output / "source", output / "extra"
     for folder in (source, extra):
         shutil.rmtree(folder, ignore_errors=True)
@@ -458,7 +462,9 @@ def gather(output, command, gallery):
     for name in headers().split("|"):
         (source / f"{name}.h.rst").write_text(header_page(f"{name}.h"))
     (extra / "index.html").write_text('<!DOCTYPE html>\n<meta http-equiv="refresh" content="0; url=kinetree.html">\n')
+    (source / "types.md").write_text(TYPES)
     if command:
+        (source / "types.md").write_text(subprocess.run([command, "help", "--types"], capture_output=True, text=True, check=True).stdout)
         said = subprocess.run([command, "help"], capture_output=True, text=True, check=True).stdout
         for name in re.findall(r"^  ([a-z]+)  +", said.partition("Usage")[2], flags=re.M):
             page = subprocess.run([command, "help", "--man", name], capture_output=True, text=True, check=True).stdout

@@ -1,6 +1,6 @@
 """The site is complete: every public name is documented, every page is there and linked, and no warning is left.
 
-docs.py INCLUDE-DIRECTORY SITE-OR-EMPTY C-COMPILER...    SITE is the folder of a finished build, else one is made
+docs.py INCLUDE-DIRECTORY SITE-OR-EMPTY COMMAND-OR-EMPTY C-COMPILER...    SITE is the folder of a finished build, else one is made
 """
 # SPDX-License-Identifier: Apache-2.0
 import html
@@ -97,11 +97,12 @@ def check_size(folder):
 
 
 def main():
-    include, site, compiler = pathlib.Path(sys.argv[1]), sys.argv[2], sys.argv[3:]
+    include, site, command, compiler = pathlib.Path(sys.argv[1]), sys.argv[2], sys.argv[3], sys.argv[4:]
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(site or name)
         if not site:
-            run = subprocess.run([sys.executable, include / "site/document.py", "build", folder], capture_output=True, text=True)
+            run = subprocess.run([sys.executable, include / "site/document.py", "build", folder, folder / "dependencies", *filter(None, [command])],
+                                 capture_output=True, text=True)
             said = (run.stdout + run.stderr).splitlines()
             claim("the_site_is_built_without_a_warning", said + ([f"status {run.returncode}"] if run.returncode else []))
         names, fields = declared(compiler, include)
@@ -115,6 +116,9 @@ def main():
         pages = {path.stem for path in (include / "pages").glob("*.md")}
         first = (include / "pages/kinetree.md").read_text()
         claim("every_page_is_made", sorted(page for page in pages if not (folder / "html" / f"{page}.html").exists()))
+        types = re.findall(r"<h3>(\w+: \w+)<", (folder / "html/types.html").read_text()) if command else ["without the command"] * 41
+        note(f"{len(types)} types on the page that the command makes")
+        claim("page_of_types_has_every_type", [] if len(types) > 40 else types)
         claim("every_page_is_linked_from_the_first", sorted(page for page in pages - {"kinetree"} if f"({page}.md)" not in first))
         made = {path.name: path.read_text() for path in (folder / "html").glob("*.html")}
         claim("every_function_has_an_entry",
