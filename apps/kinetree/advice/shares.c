@@ -193,21 +193,39 @@ static bool records_loop(const kt_outcome *outcome, int loop) {
     return false;
 }
 
+/* Returns the number of equations that repeat others, in the group of a loop. */
+static int repeated_equations(const kt_model *model, int loop) {
+    for (int g = 0; g < kt_loop_group_count(model); g++) {
+        const kt_loop_group group = kt_loop_group_at(model, g);
+        for (int i = 0; i < group.loop_count; i++)
+            if (group.loops[i] == loop)
+                return group.equations - group.rank;
+    }
+    return 0;
+}
+
 /* Names loops in groups that are too large, if their reactions are recorded or read. */
 static void warn_of_large_groups(kt_outcome *outcome) {
     name_list list = {.count = 0};
+    int repeated = 0;
     for (size_t i = 0; i < outcome->shares.loops; i++)
         if (outcome->shares.of[outcome->shares.bodies + i].is_too_large &&
-            (records_loop(outcome, (int)i) || scene_reads_loop(outcome, (int)i)))
+            (records_loop(outcome, (int)i) || scene_reads_loop(outcome, (int)i))) {
             add_name(&list, kt_loop_name(outcome->model, (int)i));
+            const int here = repeated_equations(outcome->model, (int)i);
+            repeated = here > repeated ? here : repeated;
+        }
     end_names(&list);
-    const kt_warning warning = kt_warning_of("shared_reaction", (double)list.count, NULL,
-                                             "Do not use forces and moments that the balance of forces leaves open");
+    const kt_warning warning =
+        kt_warning_of("shared_reaction", (double)repeated, NULL,
+                      "Replace loops by types that hold only what their bearings hold (`spherical`, `inline`, "
+                      "`inplane`), or some by bushings, so that fewer equations repeat others");
     if (list.count > 0)
         kt_warn(&outcome->warnings, &warning,
-                "the reactions of loops %s, and of joints on their paths, are one of many sets that balance: these "
-                "loops repeat one another, and are too many for the least sum of |F|^2 + |M|^2/L^2 to be found",
-                list.text);
+                "the reactions of loops %s, and of joints on their paths, are one of many sets that balance: %d "
+                "equations of these loops repeat others, which is too many for the least sum of |F|^2 + |M|^2/L^2 to "
+                "be found (4 MB of numbers)",
+                list.text, repeated);
 }
 
 /* ---- couplings --------------------------------------------------------------------------------------------------- */
