@@ -1,5 +1,5 @@
-/* Functions of the module that take arrays of numpy, and the iterator of control loops: a call of cffi for each array,
- * and a generator of Python, would take longer than the dynamics.
+/* Functions of the module that take arrays of numpy, the tick of a simulation, and the iterator of control loops: a
+ * call of cffi for each array, and a generator of Python, would take longer than the dynamics.
  *
  * The head of an array is that of PyArrayObject_fields in numpy/ndarraytypes.h. The macros of numpy compile to it, so
  * that it is part of the binary interface of numpy 1 and 2. The headers of numpy are not used: a module that includes
@@ -72,8 +72,11 @@ typedef struct kt_python_evaluator {
 /* The arguments of an evaluation: three inputs by position or by name, two by name. */
 enum { KT_PYTHON_Q, KT_PYTHON_V, KT_PYTHON_THIRD, KT_PYTHON_T, KT_PYTHON_OUT, KT_PYTHON_GIVEN };
 
-/* The methods forward_dynamics and inverse_dynamics: names of arguments, and the method of Python that converts or
- * rejects arguments which are no rows of doubles. */
+/* A method with METH_FASTCALL | METH_KEYWORDS. */
+typedef PyObject *kt_python_call(PyObject *self, PyObject *const *args, Py_ssize_t count, PyObject *keywords);
+
+/* A method of C: names of its arguments, and the method of Python that converts or rejects all other arguments: those
+ * that are no rows of doubles, or no float. */
 typedef struct kt_python_method {
     const char *names[KT_PYTHON_GIVEN]; /* NULL: there is no such argument */
     const char *converting;
@@ -82,9 +85,12 @@ typedef struct kt_python_method {
     PyMethodDef definition;
 } kt_python_method;
 
-static kt_python_method kt_python_quick[2] = {
+enum { KT_PYTHON_FORWARD, KT_PYTHON_INVERSE, KT_PYTHON_TICK, KT_PYTHON_METHODS };
+
+static kt_python_method kt_python_quick[KT_PYTHON_METHODS] = {
     {.names = {"q", "v", "tau", "t", "out"}, .converting = "_convert_forward_dynamics"},
     {.names = {"q", "v", "a", NULL, "out"}, .converting = "_convert_inverse_dynamics"},
+    {.converting = "_convert_tick"},
 };
 
 /* Puts the arguments into their places; false if Python has to sort them. A place without argument stays NULL. */
@@ -141,7 +147,7 @@ static PyObject *kt_python_result(const kt_python_evaluator *self, PyObject *con
 static PyObject *kt_python_evaluate(PyObject *object, PyObject *const *args, Py_ssize_t count, PyObject *keywords,
                                     bool is_inverse) {
     const kt_python_evaluator *self = (const kt_python_evaluator *)object;
-    const kt_python_method *method = &kt_python_quick[is_inverse];
+    const kt_python_method *method = &kt_python_quick[is_inverse ? KT_PYTHON_INVERSE : KT_PYTHON_FORWARD];
     const kt_python_data *at = self->at;
     PyObject *given[KT_PYTHON_GIVEN] = {NULL}, *out = NULL;
     if (!at || !kt_python_numpy.type || !kt_python_sort(method, args, count, keywords, given))
@@ -182,26 +188,50 @@ static PyObject *kt_python_inverse_dynamics(PyObject *self, PyObject *const *arg
     return kt_python_evaluate(self, args, count, keywords, true);
 }
 
-/* quicken(class, name, documentation): the method of C, forward_dynamics or inverse_dynamics, for a class that extends
- * Evaluator. */
+/* The base of the class Simulation: where its method tick finds the simulation. */
+typedef struct kt_python_clock {
+    PyObject ob_base;
+    kt_python_guard *guard; /* NULL before set_up */
+    kt_python_loop *loop;
+    kt_error *error;
+    PyObject *owners; /* of these three */
+} kt_python_clock;
+
+static PyObject *kt_python_clock_tick(PyObject *object, PyObject *const *args, Py_ssize_t count, PyObject *keywords) {
+    const kt_python_clock *self = (const kt_python_clock *)object;
+    int status;
+    if (!self->guard || count != 1 || keywords || !PyFloat_Check(args[0]))
+        return kt_python_convert(&kt_python_quick[KT_PYTHON_TICK], object, args, count, keywords);
+    const double period = PyFloat_AsDouble(args[0]);
+    Py_BEGIN_ALLOW_THREADS status = kt_python_tick(self->guard, self->loop, period, self->error);
+    Py_END_ALLOW_THREADS if (status != KT_OK) return PyObject_CallMethod(object, "_check", "i",
+                                                                         status); /* raises, or warns */
+    Py_RETURN_NONE;
+}
+
+/* quicken(class, name, documentation): the method of C of this name, for a class that extends Evaluator or Clock. */
 static PyObject *kt_python_quicken(PyObject *module, PyObject *args) {
+    static const char *const names[KT_PYTHON_METHODS] = {"forward_dynamics", "inverse_dynamics", "tick"};
+    static kt_python_call *const functions[KT_PYTHON_METHODS] = {kt_python_forward_dynamics, kt_python_inverse_dynamics,
+                                                                 kt_python_clock_tick};
     PyObject *type, *text;
     const char *name;
+    size_t i = 0;
     (void)module;
     if (!PyArg_ParseTuple(args, "OsS", &type, &name, &text))
         return NULL;
-    const bool is_inverse = strcmp(name, "inverse_dynamics") == 0;
-    kt_python_method *method = &kt_python_quick[is_inverse];
-    if (method->text)
-        return PyErr_Format(PyExc_ValueError, "'%s' has been made", name);
+    while (i < KT_PYTHON_METHODS && strcmp(name, names[i]) != 0)
+        i++;
+    if (i == KT_PYTHON_METHODS || kt_python_quick[i].text)
+        return PyErr_Format(PyExc_ValueError, "'%s' has been made, or cannot be made", name);
+    kt_python_method *method = &kt_python_quick[i];
     for (size_t k = 0; k < KT_PYTHON_GIVEN; k++)
         if (method->names[k] && !(method->words[k] = PyUnicode_InternFromString(method->names[k])))
             return NULL;
     Py_INCREF(text);
     method->text = text;
-    method->definition.ml_name = is_inverse ? "inverse_dynamics" : "forward_dynamics";
-    method->definition.ml_meth =
-        (PyCFunction)(void (*)(void))(is_inverse ? kt_python_inverse_dynamics : kt_python_forward_dynamics);
+    method->definition.ml_name = names[i];
+    method->definition.ml_meth = (PyCFunction)(void (*)(void))functions[i];
     method->definition.ml_flags = METH_FASTCALL | METH_KEYWORDS;
     method->definition.ml_doc = PyBytes_AsString(text);
     return PyDescr_NewMethod((PyTypeObject *)type, &method->definition);
@@ -238,6 +268,39 @@ static PyType_Slot kt_python_evaluator_slots[] = {
 
 static PyType_Spec kt_python_evaluator_spec = {"kinetree.Evaluator", sizeof(kt_python_evaluator), 0,
                                                Py_TPFLAGS_DEFAULT | Py_TPFLAGS_BASETYPE, kt_python_evaluator_slots};
+
+/* set_up(addresses of the guard, the loop and the error, their owners) of a Clock, once. */
+static PyObject *kt_python_clock_set_up(PyObject *object, PyObject *args) {
+    kt_python_clock *self = (kt_python_clock *)object;
+    PyObject *owners;
+    Py_ssize_t guard, loop, error;
+    if (!PyArg_ParseTuple(args, "nnnO", &guard, &loop, &error, &owners))
+        return NULL;
+    if (self->guard)
+        return PyErr_Format(PyExc_ValueError, "it is set up");
+    Py_INCREF(owners);
+    self->owners = owners;
+    self->loop = (kt_python_loop *)(intptr_t)loop;
+    self->error = (kt_error *)(intptr_t)error;
+    self->guard = (kt_python_guard *)(intptr_t)guard;
+    Py_RETURN_NONE;
+}
+
+static void kt_python_clock_free(PyObject *object) {
+    PyTypeObject *type = Py_TYPE(object);
+    Py_XDECREF(((kt_python_clock *)object)->owners);
+    ((freefunc)PyType_GetSlot(type, Py_tp_free))(object);
+    Py_DECREF(type);
+}
+
+static PyMethodDef kt_python_clock_methods[] = {{"_set_up", kt_python_clock_set_up, METH_VARARGS, NULL},
+                                                {NULL, NULL, 0, NULL}};
+
+static PyType_Slot kt_python_clock_slots[] = {
+    {Py_tp_dealloc, (void *)kt_python_clock_free}, {Py_tp_methods, kt_python_clock_methods}, {0, NULL}};
+
+static PyType_Spec kt_python_clock_spec = {"kinetree.Clock", sizeof(kt_python_clock), 0,
+                                           Py_TPFLAGS_DEFAULT | Py_TPFLAGS_BASETYPE, kt_python_clock_slots};
 
 /* ---- guards ------------------------------------------------------------------------------------------------------ */
 
@@ -403,9 +466,11 @@ static PyObject *kt_python_module(PyObject *module) {
     if (!module || PyModule_AddFunctions(module, kt_python_methods) != 0)
         return NULL;
     PyObject *evaluator = PyType_FromSpec(&kt_python_evaluator_spec), *lock = PyType_FromSpec(&kt_python_lock_spec);
+    PyObject *clock = PyType_FromSpec(&kt_python_clock_spec);
     kt_python_turns_type = PyType_FromSpec(&kt_python_turns_spec);
-    return evaluator && lock && kt_python_turns_type && PyModule_AddObject(module, "Evaluator", evaluator) == 0 &&
-                   PyModule_AddObject(module, "Lock", lock) == 0
+    return evaluator && lock && clock && kt_python_turns_type &&
+                   PyModule_AddObject(module, "Evaluator", evaluator) == 0 &&
+                   PyModule_AddObject(module, "Lock", lock) == 0 && PyModule_AddObject(module, "Clock", clock) == 0
                ? module
                : NULL;
 }

@@ -4,6 +4,7 @@
  * PART is one of
  *
  *     call      forward dynamics at one state
+ *     tick      steps of 1 ms by rk4
  *     feedback  a control loop of 1 ms steps by rk4 whose law is a feedback of positions and velocities
  *     torque    a control loop of 1 ms steps by rk4 whose law is computed torque
  *     batch     forward dynamics of COUNT states, which are set and read
@@ -52,6 +53,14 @@ static kt_status call(program *p, long count) {
     kt_status status = KT_OK;
     for (long i = 0; i < count && status == KT_OK; i++)
         status = kt_acceleration_evaluate(p->model, p->data, 0.0, q, v, tau, NULL, p->a, &p->error);
+    return status;
+}
+
+static kt_status tick(program *p, long count) {
+    kt_status status = KT_OK;
+    for (long i = 0; i < count && status == KT_OK; i++)
+        status = kt_simulation_tick(p->simulation, period, &p->error);
+    p->a[0] = kt_simulation_positions(p->simulation)[0];
     return status;
 }
 
@@ -128,15 +137,19 @@ int main(int argc, char **argv) {
     const char *part = argc > 3 ? argv[2] : "";
     const long count = argc > 3 ? strtol(argv[3], NULL, 10) : 0, rounds = argc > 4 ? strtol(argv[4], NULL, 10) : 5;
     const bool is_batch = strcmp(part, "batch") == 0;
+    kt_status (*turn)(program *, long) = is_batch                    ? batch
+                                         : strcmp(part, "call") == 0 ? call
+                                         : strcmp(part, "tick") == 0 ? tick
+                                                                     : loop;
     double least = HUGE_VAL;
     if (count <= 0)
-        return fprintf(stderr, "loop SCENE call|feedback|torque|batch COUNT [ROUNDS]\n"), 2;
+        return fprintf(stderr, "loop SCENE call|tick|feedback|torque|batch COUNT [ROUNDS]\n"), 2;
     kt_status status = set_up(&p, argv[1], part, count);
     for (long i = 0; i < rounds && status == KT_OK; i++) {
         status = kt_simulation_set_state(p.simulation, 0.0, p.q0, p.v0, &p.error);
         const double start = now();
         if (status == KT_OK)
-            status = is_batch ? batch(&p, count) : strcmp(part, "call") == 0 ? call(&p, count) : loop(&p, count);
+            status = turn(&p, count);
         least = fmin(least, (now() - start) / (is_batch ? 1.0 : (double)count));
     }
     if (status != KT_OK)

@@ -242,6 +242,27 @@ def test_a_checkpoint_keeps_the_torques(scenes):
     assert not np.array_equal(plain.state, simulation.state)
 
 
+def test_a_tick_takes_every_number(scenes):
+    def moved(*ticks):
+        simulation = kt.load(scenes / "arm7.yaml").simulation(step=1e-3, integrator="rk4", duration=9.0)
+        simulation.torque[:] = 1.0
+        for tick in ticks:
+            tick(simulation)
+        return simulation
+
+    floats = moved(*[lambda each: each.tick(0.25)] * 3, lambda each: each.tick(1.0))
+    mixed = moved(lambda each: each.tick(np.float64(0.25)), lambda each: each.tick(np.float32(0.25)), lambda each: each.tick(period=0.25), lambda each: each.tick(1))
+    assert floats.time == mixed.time == 1.75 and np.array_equal(floats.state, mixed.state)
+    for wrong, kind in (("x", TypeError), (None, TypeError), (-1.0, kt.ArgumentError), (float("nan"), kt.ArgumentError), (0, kt.ArgumentError)):
+        with pytest.raises(kind, match="period"):
+            mixed.tick(wrong)
+    with pytest.raises(TypeError, match="period"):
+        mixed.tick()
+    with pytest.raises(TypeError):
+        mixed.tick(1e-3, 1e-3)
+    assert floats.time == mixed.time and np.array_equal(floats.state, mixed.state)
+
+
 def test_torques_that_stay_do_not_restart_a_multistep_method(scenes):
     ticks, whole = (kt.load(scenes / "arm7.yaml").simulation(step=1e-3, integrator="ab4", duration=0.1) for _ in range(2))
     for each in (ticks, whole):

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -35,6 +36,12 @@ def test_valgrind_sees_a_read_after_free(scenes):
     assert done.returncode == 9 and "Invalid read" in done.stderr, done.stderr[-2000:]
 
 
+def linked(module):
+    """Options that link the libraries of a module."""
+    listed = subprocess.run(["readelf", "-d", module], check=True, capture_output=True, text=True).stdout
+    return [f"-l:{name}" for name in re.findall(r"\(NEEDED\).*\[(.*?)\]", listed) if not name.startswith("ld-")]
+
+
 @pytest.fixture(scope="module")
 def sanitized(tmp_path_factory):
     """The environment of a package whose extension module has AddressSanitizer."""
@@ -51,7 +58,7 @@ def sanitized(tmp_path_factory):
                     f"-I{PROGRAM.parents[2] / 'include'}", f"-I{PROGRAM.parents[2] / 'apps/kinetree'}", f"-I{sysconfig.get_path('include')}", package / "_kinetree.c", "-o",
                     folder / "kinetree/_kinetree.abi3.so", package.parents[1] / "kinetree/libkinetree-command.a",
                     libraries / "libkinetree-picture.a", f"-L{libraries}", f"-Wl,-rpath,{libraries}",
-                    "-lkinetree-scene", "-lkinetree-study", "-lkinetree", "-ljansson", "-lm"], check=True)
+                    *linked(package / "_kinetree.abi3.so")], check=True)
     return {**os.environ, "LD_PRELOAD": runtime, "ASAN_OPTIONS": "detect_leaks=0", "PYTHONMALLOC": "malloc", "PYTHONPATH": str(folder),
             "OPENBLAS_NUM_THREADS": "1"}
 

@@ -40,7 +40,8 @@ def box(tmp_path):
 
 
 def dropped(box, step):
-    simulation = box.simulation(step=step, duration=2.0)
+    """With rk4, whose steps of 1 ms are too long for the contacts; the scene itself chooses radau5."""
+    simulation = box.simulation(step=step, duration=2.0, integrator="rk4")
     q = simulation.positions.copy()
     q[2] = 0.2
     simulation.set_state(0.0, q)
@@ -146,8 +147,8 @@ def test_a_verdict_comes_within_a_loop_without_an_end():
 def test_notes_of_a_load_are_warnings(tmp_path):
     (tmp_path / "box.urdf").write_text(BOX)
     found = caught(lambda: kt.load(tmp_path / "box.urdf", floating=True, ground=0))
-    assert any("m deep in the ground" in each for each in found) and any("which do not act" in each for each in found), found
-    simulation = kt.load(tmp_path / "box.urdf", floating=True, ground=0).simulation(step=1e-5, duration=1e-4)
+    assert any("m deep in the ground" in each for each in found) and any("act as stops" in each for each in found), found
+    simulation = kt.load(tmp_path / "box.urdf", floating=True, ground=0).simulation(step=1e-5, duration=1e-4, integrator="rk4")
     assert not [each for each in caught(lambda: simulation.advance(1e-4)) if "m deep in the ground" in each]
     assert any("m deep in the ground" in each["what"] for each in simulation.warnings)
 

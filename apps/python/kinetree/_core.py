@@ -226,6 +226,14 @@ def method_of(word: Any, what: str) -> Any:
     raise ArgumentError(lib.KT_ERROR_ARGUMENT, what, f"there is no method '{word}'; {guess} are {', '.join(names)}")
 
 
+def check_file(name: str, path: Any) -> None:
+    """Reject a name of a file for results that is no path, or standard output."""
+    if path is not None and not isinstance(path, (str, bytes, os.PathLike)):
+        raise mistyped(name, "a str or an os.PathLike", path)
+    if path is not None and os.fsdecode(path) in ("-", "", "."):
+        raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, f"the results are read back from files; name a file, or omit `{name}`")
+
+
 def finite(value: Any, what: str, least: Optional[float] = None) -> float:
     """A finite number, at or above `least`."""
     try:

@@ -9,7 +9,7 @@ from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tupl
 
 import numpy as np
 
-from ._core import ArgumentError, Array, Json, Vector, ffi, finite, lib, mistyped, text
+from ._core import ArgumentError, Array, Json, Vector, check_file, ffi, finite, lib, mistyped, text
 from .film import film
 from .model import Model
 from .records import Run
@@ -190,6 +190,7 @@ class Recording:
         Picture
             The text of the animated SVG; empty if `out` names another file.
         """
+        check_file("out", out)
         with tempfile.TemporaryDirectory() as folder:
             records, _ = self._write(folder)
             if out is not None and pathlib.Path(out).suffix.lower() != ".svg":

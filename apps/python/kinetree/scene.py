@@ -13,7 +13,7 @@ from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 import numpy as np
 
 from . import command, documents
-from ._core import ArgumentError, Error, Json, check, count, encoded, ffi, fail, finite, lib, mistyped, name_of, sentence, text, unmasked, warn
+from ._core import ArgumentError, Error, Json, check, check_file, count, encoded, ffi, fail, finite, lib, mistyped, name_of, sentence, text, unmasked, warn
 from .callbacks import Force
 from .files import Files
 from .model import Model
@@ -319,8 +319,8 @@ class Scene:
         StepError
             The integration failed. ``error.run`` has the records until then.
         """
-        _check_file("out", out)
-        _check_file("summary", summary)
+        check_file("out", out)
+        check_file("summary", summary)
         if out is not None and os.fsdecode(out).lower().endswith((".h5", ".hdf5")):
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "out", "records in HDF5 are not read back; name a file of CSV, or write HDF5 with "
                                 "scene.command('run', out='FILE.h5')")
@@ -364,7 +364,7 @@ class Scene:
         **values
             As `vary`, for names without a point.
         """
-        _check_file("out", out)
+        check_file("out", out)
         if vary is not None and not isinstance(vary, Mapping):
             raise mistyped("vary", "a mapping, such as {'bodies.crank.mass': [1, 2]}", vary)
         varied = {**(vary or {}), **values}
@@ -494,7 +494,7 @@ class Scene:
 
     def _written(self, subcommand: str, option: str, suffix: str, *, keep: Optional[Path] = None, **options: Any) -> str:
         """The text that a subcommand writes, which `keep` keeps. A picture in another format is written besides the text."""
-        _check_file("out", keep)
+        check_file("out", keep)
         with _folder() as folder:
             kept = pathlib.Path(keep) if keep is not None else None
             file = kept if kept is not None and kept.suffix == suffix else pathlib.Path(folder) / f"result{suffix}"
@@ -582,13 +582,6 @@ def _height(value: Any) -> float:
     if isinstance(value, bool):
         raise mistyped("ground", "a height in m, such as 0", value)
     return finite(value, "ground")
-
-
-def _check_file(name: str, path: Optional[Path]) -> None:
-    if path is not None and not isinstance(path, (str, bytes, os.PathLike)):
-        raise mistyped(name, "a str or an os.PathLike", path)
-    if path is not None and os.fsdecode(path) in ("-", "", "."):
-        raise ArgumentError(lib.KT_ERROR_ARGUMENT, name, f"the results are read back from files; name a file, or omit `{name}`")
 
 
 def _json(done: command.Completed) -> Json:

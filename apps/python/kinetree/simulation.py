@@ -11,7 +11,7 @@ import numpy as np
 from . import callbacks
 from ._core import (ArgumentError, Error, Fixed, Guard, Json, Memory, Numbers, Vector, address_number, busy, doubles, fail, ffi, finite, lib, method_of, mistyped, name_of,
                     output, pointer, text)
-from ._kinetree import turns
+from ._kinetree import Clock, quicken, turns
 from .data import Data
 from .events import ROOM, Events
 from .laws import Event, Feedback, Law, Recorder, copied
@@ -23,7 +23,7 @@ from .watch import Watch, issue
 _tick, _time = lib.kt_python_tick, lib.kt_simulation_time
 
 
-class Simulation(Events, Fixed):
+class Simulation(Clock, Events, Fixed):  # type: ignore[misc]
     """A simulation of a model from its initial state.
 
     Iterate over it for a control loop: each turn is one period of `step`, until `duration`.
@@ -97,6 +97,8 @@ class Simulation(Events, Fixed):
         self.torque, self._applied = both[:nv], both[nv:2 * nv]
         self._loop = ffi.new("kt_python_loop *", {"simulation": self._simulation, "torque": pointer(self.torque), "applied": pointer(self._applied), "nv": nv})
         self._flag = self._guard.pointer
+        owners = self._flag, self._loop, self._error
+        self._set_up(*map(address_number, owners), owners)
 
     def _run(self) -> Any:
         run = ffi.new("kt_run *", self.model.scene._scene.run)
@@ -540,3 +542,8 @@ class Simulation(Events, Fixed):
 
     def __repr__(self) -> str:
         return f"<kinetree.Simulation of '{self.model.name}' at t = {self.time:g} s>"
+
+
+# The method of C takes a float, and calls that of Python for all other arguments.
+setattr(Simulation, "_convert_tick", Simulation.tick)
+setattr(Simulation, "tick", quicken(Simulation, "tick", f"tick($self, period)\n--\n\n{Simulation.tick.__doc__ or ''}".encode()))
