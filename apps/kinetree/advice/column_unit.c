@@ -2,8 +2,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "advice/angles.h"
 
-#include "document/unit.h"
 #include "records/columns.h"
+#include "scene/units.h"
 
 #include <math.h>
 #include <string.h>

@@ -14,7 +14,7 @@
 
 #include "base/decimal.h"
 #include "document/file.h"
-#include "document/unit.h"
+#include "scene/units.h"
 
 #include <stdarg.h>
 #include <stdio.h>

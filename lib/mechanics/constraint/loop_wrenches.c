@@ -1,7 +1,7 @@
 /* The wrenches of the loops, from their equations' multipliers: the sum of the rows' wrenches times lambda. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/loop_wrenches.h"
-#include "constraint/spatial_rows.h"
+#include "constraint/loop_jacobian.h"
 
 /* Adds a wrench at `arm` from a link's origin to the body's, about the body frame's origin. */
 static void add_to_body(const kt_model *model, const kt_data *data, int32_t body, kt_v4 moment, kt_v4 force, kt_v4 arm,

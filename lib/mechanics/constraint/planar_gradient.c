@@ -15,7 +15,7 @@
  * it adds e and 2 w J e. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/gradient.h"
-#include "constraint/planar_rows.h"
+#include "constraint/planar_loop_jacobian.h"
 
 enum { FIELDS = 3, MOTION = 2 /* the field v, after p_0 and p_1 */ };
 
@@ -152,7 +152,7 @@ static void add_distance_gradient(gradient *g, const kt_planar_row *row, const d
     const kt_v2 d = two->at - one->at, rate = two->rate[MOTION] - one->rate[MOTION];
     const kt_v2 linear = two->linear - one->linear;
     const double d2 = kt_v2_dot(d, d) + g->flat->height * g->flat->height;
-    const bool apart = d2 > DBL_MIN; /* as in planar_rows.h */
+    const bool apart = d2 > DBL_MIN; /* as in planar_loop_jacobian.h */
     const double inverse = apart ? 1.0 / sqrt(d2) : 0.0, pi = weight[MOTION];
     const kt_v2 n = apart ? scaled(inverse, d) : row_axis_of(g, row);
     const double along_n = kt_v2_dot(n, rate);

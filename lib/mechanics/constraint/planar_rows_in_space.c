@@ -2,7 +2,7 @@
  * plane.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "constraint/planar_rows.h"
+#include "constraint/planar_loop_jacobian.h"
 
 /* An end of a loop in the basis (e1, e2, n). */
 static void end_in_space(const kt_model *model, const kt_data *data, const kt_loop_record *loop,

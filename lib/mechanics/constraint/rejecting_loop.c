@@ -4,7 +4,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/rejecting_loop.h"
 
-#include "constraint/spatial_rows.h"
+#include "constraint/loop_jacobian.h"
 #include "kinetree/loop.h"
 #include "loop/loop.h"
 

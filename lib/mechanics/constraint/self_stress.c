@@ -16,7 +16,7 @@
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/self_stress.h"
-#include "constraint/spatial_rows.h"
+#include "constraint/loop_jacobian.h"
 
 typedef struct stress_work {
     const kt_model *model;

@@ -10,8 +10,8 @@
 #error "KT_PLANAR must be true or false, or in lanes a property of `model`"
 #endif
 
-#include "constraint/planar_rows.h"
-#include "constraint/spatial_rows.h"
+#include "constraint/loop_jacobian.h"
+#include "constraint/planar_loop_jacobian.h"
 #include "dynamics/aba_planar.h"
 #include "reduction/front.h"
 #include "reduction/links.h"

@@ -4,7 +4,7 @@
 #ifndef KT_REDUCTION_FRONT_LINK_H
 #define KT_REDUCTION_FRONT_LINK_H
 
-#include "constraint/planar_rows.h"
+#include "constraint/planar_loop_jacobian.h"
 #include "reduction/components.h"
 #include "reduction/front.h"
 

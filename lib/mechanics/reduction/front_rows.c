@@ -1,4 +1,4 @@
-/* The equations of a group that is reduced by fronts (front.h): spatial_rows.h and planar_rows.h without A.
+/* The equations of a group that is reduced by fronts (front.h): loop_jacobian.h and planar_loop_jacobian.h without A.
  *
  * Motions are relative to the origin of the group's parent, so that one pass computes the motions of all links, for
  * paths of any length. A row is stored as the wrenches (n, f) of a unit multiplier on its two links, about their
@@ -8,7 +8,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "reduction/front.h"
 
-#include "constraint/spatial_rows.h"
+#include "constraint/loop_jacobian.h"
 #include "reduction/front_link.h"
 
 #include <string.h>

@@ -7,7 +7,7 @@
 #ifndef KT_REDUCTION_PLANAR_GROUP_H
 #define KT_REDUCTION_PLANAR_GROUP_H
 
-#include "constraint/planar_rows.h"
+#include "constraint/planar_loop_jacobian.h"
 #include "dynamics/aba_planar.h"
 #include "reduction/maggi_kane.h"
 

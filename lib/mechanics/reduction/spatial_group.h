@@ -5,7 +5,7 @@
  * treated together as a mechanism of m coordinates x on a parent that accelerates by A = (alpha, a):
  *
  *   M x + F' A + h = tau + A_g' lambda
- *   A_g x = b''                              (b'' does not depend on A: spatial_rows.h)
+ *   A_g x = b''                              (b'' does not depend on A: loop_jacobian.h)
  *   wrench on the parent = Ic A + F x + W
  *
  * The composite-body recursion over IA_i yields M, F and the composite Ic. Newton-Euler with the accelerations due to

@@ -1,6 +1,6 @@
 /* The computations around the stages of a step, for several states at once. The results have the bits of the code for
  * one state: sums of slopes, dense output and mean squares of errors of integrator/explicit.c, powers of
- * integrator/control.c.
+ * integrator/step_control.c.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "batch/lanes.h"

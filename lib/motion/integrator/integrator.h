@@ -2,7 +2,7 @@
  *
  *     integrator.c   an integrator in the caller's memory: options, start, dense output, checkpoints
  *     step.c         one accepted step, for any family of methods
- *     control.c      the step size
+ *     step_control.c the step size
  *     try.c          functions of every family for a tried step: slopes evaluated and checked, norms, errors
  *
  *     method_list.c         the list of methods
@@ -453,7 +453,7 @@ static inline double kt_explicit_error(double h, double high, bool has_low, doub
 /* A compiled table has the terms of the stages, and then the terms of these rows: b, e, and e_low (explicit.c). */
 enum { KT_ROW_B, KT_ROW_E, KT_ROW_E_LOW, KT_ROW_DENSE };
 
-/* The dense output in the form that the public header gives (explicit.c), from slopes in slots. kt_dense_state takes
+/* The dense output in the form that the public header gives, from slopes in slots. kt_dense_state takes
  * the slopes k. */
 kt_try_result kt_table_interpolate(kt_integrator *it, double t, double *y_out, kt_try *result);
 void kt_dense_state(const kt_integrator *it, double t, size_t slots, double *const *k, double *y_out);

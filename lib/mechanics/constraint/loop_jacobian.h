@@ -6,8 +6,8 @@
  * to the point. The entry of the row is n . s + f . u, with the opposite sign on the first path.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
-#ifndef KT_CONSTRAINT_SPATIAL_ROWS_H
-#define KT_CONSTRAINT_SPATIAL_ROWS_H
+#ifndef KT_CONSTRAINT_LOOP_JACOBIAN_H
+#define KT_CONSTRAINT_LOOP_JACOBIAN_H
 
 #include "constraint/group.h"
 #include "constraint/rejecting_loop.h"

@@ -1,4 +1,5 @@
-/* Poses of links: a rotation about a coordinate axis or of a quaternion, then the constant rotation at rest.
+/* Motions of joints, as nodes: the pose of a link is a rotation about a coordinate axis or of a quaternion, then the
+ * constant rotation at rest.
  *
  * An inertia is rotated about axis k by 2 x 2 blocks. With d = J_ii - J_jj, s = sin, c = cos,
  *

@@ -1,7 +1,7 @@
 /* Units of physical quantities by their names. */
 /* SPDX-License-Identifier: Apache-2.0 */
-#ifndef KT_DOCUMENT_UNIT_H
-#define KT_DOCUMENT_UNIT_H
+#ifndef KT_SCENE_UNITS_H
+#define KT_SCENE_UNITS_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,4 +1,4 @@
-/* The equations of a group's loops in a plane: A', phi, phi_t and b'' as in spatial_rows.h, for vectors of two
+/* The equations of a group's loops in a plane: A', phi, phi_t and b'' as in loop_jacobian.h, for vectors of two
  * components.
  *
  * J u = (-u_y, u_x) is u rotated by a right angle, so that w x u = w J u. The velocities alone give no angular
@@ -19,11 +19,11 @@
  * Only the moment about n and the force in the plane are taken from its wrench.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
-#ifndef KT_CONSTRAINT_PLANAR_ROWS_H
-#define KT_CONSTRAINT_PLANAR_ROWS_H
+#ifndef KT_CONSTRAINT_PLANAR_LOOP_JACOBIAN_H
+#define KT_CONSTRAINT_PLANAR_LOOP_JACOBIAN_H
 
 #include "constraint/group.h"
-#include "constraint/spatial_rows.h"
+#include "constraint/loop_jacobian.h"
 #include "dynamics/sweep_planar.h"
 
 #include <float.h>
