@@ -2,7 +2,6 @@
  * formats. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
-#include "growth.h"
 
 #include "mesh/mesh.h"
 #include "random.h"
@@ -289,35 +288,6 @@ KT_TEST(hulls_of_points_on_a_sphere_have_all_of_them) {
     const double volume = kt_triangles_enclosed(&mesh, KT_VOLUME_SIGNED).volume / (4.0 / 3.0 * pi);
     kt_check_near("of the ball", volume, 0.985, 0.015);
     kt_triangles_free(&mesh);
-}
-
-/* Points of a sphere at random: all of them are corners, so that every triangle stays in the way of later points. */
-static double time_of_ball(const void *self, int size) {
-    const double *points = self, begin = kt_growth_now();
-    kt_triangles mesh = {.vertices = NULL};
-    kt_error error = {0};
-    const kt_status status = kt_triangles_make(points, size, NULL, 0, &mesh, &error);
-    const double seconds = kt_growth_now() - begin;
-    const bool is_right = status == KT_OK && mesh.triangle_count == 2 * size - 4;
-    kt_triangles_free(&mesh);
-    return is_right ? seconds : (double)NAN;
-}
-
-/* The ratio of sizes is 8: n log n takes 11 times as long, and n^2 64 times. */
-KT_TEST(hulls_take_n_log_n) {
-    enum { COUNT = 40000 };
-    double *points = malloc(3 * COUNT * sizeof *points);
-    kt_random random = kt_random_of_test();
-    kt_need(kt_check_true("memory", points != NULL));
-    for (int i = 0; i < COUNT; i++) {
-        const kt_vec3 p = kt_vec3_normalize(
-            kt_vec3_make(kt_random_normal(&random), kt_random_normal(&random), kt_random_normal(&random)));
-        points[3 * i] = p.x;
-        points[3 * i + 1] = p.y;
-        points[3 * i + 2] = p.z;
-    }
-    (void)kt_check_growth("40,000 points over 5,000", time_of_ball, points, COUNT / 8, COUNT, 26.0);
-    free(points);
 }
 
 KT_TEST(points_in_a_plane_have_no_hull) {

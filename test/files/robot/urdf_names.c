@@ -8,8 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "growth.h"
-
 KT_TEST(names_that_scenes_cannot_have_are_changed_and_differ) {
     static const char *const expected[] = {"left_arm", "left_arm_2", "_7th", "world_2", "h_b"};
     kt_scene *scene = test_robot(
@@ -30,42 +28,6 @@ KT_TEST(names_that_scenes_cannot_have_are_changed_and_differ) {
                   "names of links that are not valid names of bodies, with '_' in place of invalid characters: 5");
     kt_check_text("a name in UTF-8: a byte, a '_'", scene->description.bodies[4].name, "h__b");
     kt_check_text("parent", scene->description.bodies[4].parent, "world_2");
-}
-
-/* Reads a robot of `count` links: with one name (self is not NULL), or with names that become one. */
-static double read_equal_names(const void *self, int count) {
-    const bool is_one_name = self != NULL;
-    char *text = malloc((size_t)count * 200 + 100), number[20];
-    if (text == NULL)
-        return (double)NAN;
-    kt_scene scene;
-    char *at = text + sprintf(text, "<robot name='r'><link name='base'/>");
-    for (int i = 0; i < count; i++) {
-        char name[20] = "a"; /* 17 characters, neither letter nor digit, from the bits of i */
-        for (int k = 0; k < 17 && !is_one_name; k++)
-            name[k] = i >> k & 1 ? '.' : '/';
-        at += sprintf(at,
-                      "<link name='%s'/><joint name='j%d' type='fixed'><parent link='base'/><child link='%s'/></joint>",
-                      name, i, name);
-    }
-    (void)sprintf(at, "</robot>");
-    const double start = kt_growth_now();
-    const kt_status status = parse(text, NULL, &scene);
-    const double seconds = kt_growth_now() - start;
-    kt_check_equal_int("status", status, is_one_name ? KT_ERROR_SCENE : KT_OK);
-    if (status == KT_OK) {
-        (void)snprintf(number, sizeof number, "_%d", count);
-        kt_check_text("the last one's number", strrchr(scene.description.bodies[count].name, '_'), number);
-        kt_scene_free(&scene);
-    }
-    free(text);
-    return seconds;
-}
-
-/* Four times as many: 4 where the work is linear, 16 where it is quadratic. */
-KT_TEST(names_that_collide_take_linear_time) {
-    kt_check_growth("equal names", read_equal_names, "one name", 3000, 12000, 9.0);
-    kt_check_growth("names that become equal", read_equal_names, NULL, 3000, 12000, 9.0);
 }
 
 /* In the order of the file; numbers of a name go on where its last one ended. */

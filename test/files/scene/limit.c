@@ -15,7 +15,6 @@
 #include "collect.h"
 #include "document/file.h"
 #include "document/node.h"
-#include "growth.h"
 #include "sanitized.h"
 #include "scene/scene_reader.h"
 
@@ -324,59 +323,4 @@ KT_TEST(chain_of_many_bodies_is_read) {
     kt_scene *again = kt_test_scene(written);
     kt_check_text("last", again->description.bodies[COUNT - 1].name, "link0");
     kt_scene_free(&scene);
-}
-
-/* Repeated names of markers; repeated terms; loops between the last markers of two bodies. */
-typedef enum many { MARKERS, TERMS, LOOPS } many;
-
-static void describe_many(growing *g, many what, int count) {
-    static const char *const ends[] = {"a", "b"};
-    add(g, "kinetree: 1\nbodies:\n");
-    for (int k = 0; k < 2; k++) {
-        add(g, "  - name: %s\n    joint: {type: revolute, at: [%d, 0, 0]}\n    mass: 1\n    inertia: [1, 1, 1]\n",
-            ends[k], 2 * k);
-        add(g, what == TERMS ? "" : "    markers:\n");
-        for (int i = 0; i < count && what != TERMS; i++)
-            add(g, "      m%d: [%d, 0, %d]\n", what == LOOPS ? i : 0, 1 - 2 * k, i);
-    }
-    add(g, what == TERMS   ? "loops:\n  - name: l\n    type: coupling\n    coefficients:\n"
-           : what == LOOPS ? "loops:\n"
-                           : "");
-    for (int i = 0; i < count && what == TERMS; i++)
-        add(g, "      a: %d\n", i);
-    for (int i = 0; i < count && what == LOOPS; i++)
-        add(g, "  - {name: l%d, type: inplane, axis: x, between: [a.m%d, b.m%d]}\n", i, i, i);
-}
-
-/* Reads and compiles a scene. Returns the status of the first call that fails. */
-static kt_status read_and_compile(const char *text) {
-    kt_scene scene;
-    kt_model *model = NULL;
-    kt_error error = {KT_OK, "", ""};
-    kt_status status = kt_collect_parse(&faults, text, &scene);
-    if (status != KT_OK)
-        return status;
-    status = kt_model_compile(&scene.description, NULL, &model, &error);
-    kt_model_free(model);
-    kt_scene_free(&scene);
-    return status;
-}
-
-static double read_and_compile_many(const void *self, int count) {
-    const many what = *(const many *)self;
-    growing g = {0};
-    describe_many(&g, what, count);
-    const double start = kt_growth_now();
-    const kt_status status = read_and_compile(g.text);
-    const double seconds = kt_growth_now() - start;
-    free(g.text);
-    return kt_check_equal_int("status", status, what == LOOPS ? KT_OK : KT_ERROR_MODEL) ? seconds : (double)NAN;
-}
-
-/* Four times as many: 4 where the work is linear, 16 where it is quadratic. */
-KT_TEST(names_that_stand_many_times_take_linear_time) {
-    static const char *const names[] = {"markers", "terms", "loops between markers"};
-    enum { KINDS = LOOPS + 1 };
-    for (int i = 0; i < KINDS; i++)
-        kt_check_growth(names[i], read_and_compile_many, &(const many){(many)i}, 2000 / FEWER, 8000 / FEWER, 9.0);
 }

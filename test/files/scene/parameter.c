@@ -11,7 +11,6 @@
 #include "check.h"
 #include "collect.h"
 #include "difference.h"
-#include "growth.h"
 
 static const char *const with_parameters =
     "kinetree: 1\n"
@@ -151,30 +150,6 @@ KT_TEST(uses_are_followed_through_parameters_and_not_from_unused_expressions) {
     kt_check_equal_int("notes", scene->note_count, 2);
     for (int k = 0; k < scene->parameter_count; k++)
         kt_check_true(scene->parameters[k].name, scene->parameters[k].is_used == (scene->parameters[k].name[0] != 'M'));
-}
-
-/* A chain of parameters, each one more than the next, in the order that is worst for a reader that goes through them in
- * turn. */
-static double read_chain_of_parameters(const void *self, int count) {
-    (void)self;
-    char *text = malloc((size_t)count * 40 + 200), *to = text;
-    if (text == NULL)
-        return (double)NAN;
-    to += sprintf(to, "kinetree: 1\nparameters:\n");
-    for (int k = 0; k + 1 < count; k++)
-        to += sprintf(to, "  p%d: =p%d + 1\n", k, k + 1);
-    (void)sprintf(to, "  p%d: 1\nbodies:\n  - {name: a, joint: {type: prismatic}, mass: =p0}\n", count - 1);
-    const double start = kt_growth_now();
-    const kt_scene *scene = kt_test_scene(text);
-    const double seconds = kt_growth_now() - start;
-    kt_check_near("the last of the chain", scene->description.bodies[0].mass, (double)count, 0.0);
-    free(text);
-    return seconds;
-}
-
-/* Eight times the work; quadratic time would be 64 times. */
-KT_TEST(parameters_in_any_order_take_linear_time) {
-    kt_check_growth("time for eight times the parameters", read_chain_of_parameters, NULL, 20000, 160000, 24.0);
 }
 
 KT_TEST(many_circles_are_each_told_once) {
