@@ -161,9 +161,9 @@ static kt_status fill_picture(kt_picture_maker *m, double *lengths, kt_error *er
     kt_picture_list_planes(m, bounds);
     kt_strokes_list(p, m->description->loops, m->poses, bounds);
     kt_picture_thicken(m);
+    find_plane(m);
     kt_picture_imply_solids(m);
     choose_colours(m);
-    find_plane(m);
     return status;
 }
 

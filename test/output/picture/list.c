@@ -46,6 +46,48 @@ KT_TEST(body_without_shape_is_a_ball_at_its_mass_and_rods_to_its_joints) {
     kt_check_true("planar", p != NULL && p->is_planar);
 }
 
+static const kt_solid *implied_solid_of(const kt_picture *p, int body) {
+    for (int i = 0; i < p->solid_count; i++)
+        if (p->solids[i].body == body && p->solids[i].source == KT_SOURCE_IMPLIED && p->solids[i].type != KT_SOLID_ROD)
+            return &p->solids[i];
+    return NULL;
+}
+
+/* Three bodies at a point of an axis, which the third one has reversed, and one elsewhere on it. In the plane all four
+ * are seen: from the viewer's side, each disc is larger than those before it. In space the fourth one is a ball. */
+KT_TEST(bodies_without_shape_on_one_axis_are_discs_side_by_side) {
+    static const char bodies[] =
+        "  - {name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 2]}\n"
+        "  - {name: b, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}\n"
+        "  - {name: c, joint: {type: revolute, axis: [0, 0, -1]}, mass: 1, inertia: [3, 3, 4]}\n"
+        "  - {name: d, joint: {type: revolute, at: [0, 0, 1]}, mass: 1, inertia: [9, 9, 9]}\n";
+    static const int order[] = {4, 2, 1, 3}; /* from the viewer: by place, then by moment */
+    char text[2000];
+    for (int in_space = 0; in_space < 2; in_space++) {
+        (void)snprintf(
+            text, sizeof text, "kinetree: 1\nbodies:\n%s%s", bodies,
+            in_space ? "  - {name: e, joint: {type: spherical}, mass: 1, com: [9, 0, 0], inertia: [1, 1, 1]}\n" : "");
+        const shown s = show_text(text);
+        const double radius = 2.4 * s.picture->radius;
+        kt_check_equal_int("planar", s.picture->is_planar, !in_space);
+        double place = 1e3 * radius, wide = 0.0;
+        for (int k = in_space; k < 4; k++) {
+            const kt_solid *solid = implied_solid_of(s.picture, order[k]);
+            kt_need(kt_check_true("there is a solid", solid != NULL));
+            const kt_vec3 centre = kt_pose_apply(s.poses[order[k]], solid->pose.position);
+            kt_check_equal_int("a disc", solid->type, KT_SOLID_CYLINDER);
+            kt_check_below("off the axis", hypot(centre.x, centre.y), 1e-12);
+            kt_check_below("behind the one before, by more than both halves", 2.0 * solid->half.z, place - centre.z);
+            kt_check_below("wider than the one before", wide, solid->half.x);
+            place = centre.z, wide = solid->half.x;
+        }
+        kt_check_near("the smallest disc", implied_solid_of(s.picture, order[in_space])->half.x, radius,
+                      1e-12 * radius);
+        const kt_solid *apart = implied_solid_of(s.picture, 4);
+        kt_check_equal_int("the one elsewhere", apart->type, in_space ? KT_SOLID_SPHERE : KT_SOLID_CYLINDER);
+    }
+}
+
 /* Whether a rod without a radius of its own joins two points of the world, either way round. */
 static bool has_rod(const shown *s, kt_vec3 a, kt_vec3 b) {
     bool found = false;
