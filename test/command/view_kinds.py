@@ -198,6 +198,24 @@ INSIDE = """(() => {
         .map(({ring, body}) => [ring, page.figure.reach(body)]);
     return {worst, follows: page.follows, rings, size: page.data.size, first: page.notes[0]};
 })()"""
+# How far the axes of the world reach out of the picture, and how long they are in it, as shares of its width and height.
+AXES = """(() => {
+    const page = window.kinetree, view = page.pose(), ends = page.world_axes().map((p) => to_page(view, p));
+    const worst = Math.max(...ends.flat().map((x) => Math.abs(2 * x - 1) - 1));
+    return {worst, longest: Math.max(...ends.map(([x, y]) => Math.hypot(x - ends[0][0], y - ends[0][1])))};
+})()"""
+DRIVE = """kinetree: 1
+bodies:
+  - {name: sun, joint: {type: revolute, axis: z, velocity: 3}, mass: 1, inertia: [0.1, 0.1, 0.2]}
+  - {name: ring, joint: {type: revolute, axis: z}, mass: 2, inertia: [0.3, 0.3, 0.6]}
+  - {name: wheel, joint: {type: revolute, axis: z, at: [0, 0, 0.4]}, mass: 2, inertia: [0.3, 0.3, 0.6]}
+simulate: {duration: 1}
+"""
+ARM = """kinetree: 1
+gravity: [0, 0, -9.81]
+bodies: [{name: arm, joint: {type: revolute, axis: y, position: 1.57}, mass: 1, shape: {type: rod, to: [0, 0, -1]}}]
+simulate: {duration: 0.2}
+"""
 NOTES = """(() => {
     const box = document.getElementById("note"), line = parseFloat(getComputedStyle(box).lineHeight), all = window.kinetree.notes;
     const closed = document.getElementById("notes").getBoundingClientRect().height;
@@ -231,6 +249,18 @@ def check_robots(page, folder):
     claim("dots_of_more_than_a_hundred_contact_points_are_not_shown_at_first", faults)
 
 
+def check_axes(page, folder):
+    """A drive that is long along the view only, and an arm that moves little: the axes are in the picture."""
+    faults = []
+    for name, text in (("drive.yaml", DRIVE), ("arm.yaml", ARM)):
+        faults += trouble(page, folder, name, text)
+        for direction in ("[0, 0, 1]", "[0, -1, 0]", "[1, 0, 0]", "unit([1, -1, 1])"):
+            found = page.evaluate(f"kinetree.look_from({direction}), " + AXES)
+            note(f"{name} from {direction}: {found}, bounds 0 and 0.02")
+            faults += [] if found["worst"] <= 0 and found["longest"] >= 0.02 else [f"{name} from {direction}: {found}"]
+    claim("axes_of_the_world_are_not_cut_off", faults)
+
+
 def main():
     if browser.find() is None:
         skip("command/view_kinds", "Chromium is not on this machine")
@@ -241,6 +271,7 @@ def main():
             check_types(page, folder)
             check_random(page, folder)
             check_robots(page, folder)
+            check_axes(page, folder)
     finally:
         page.close()
     finish()

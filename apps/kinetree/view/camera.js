@@ -12,6 +12,7 @@ class Camera {
         this.target = [0, 0, 0];
         this.distance = 4 * data.size;
         this.aspect = 0; /* of the points that were fitted */
+        this.height = data.size;
         this.reset();
     }
 
@@ -62,7 +63,14 @@ class Camera {
         this.target = add(add(scale(middle(x), right), scale(middle(y), up)), scale(middle(z), back));
         const height = Math.max(half(y), 0.05 * this.data.size);
         this.aspect = half(x) / height;
+        this.height = height; /* half of what the points take of the picture */
         this.distance = (1.12 * height * this.shrink(aspect)) / this.slope + (this.is_parallel ? 0 : half(z));
+    }
+
+    /* Whether a point is among those that were fitted, as the observer sees them. */
+    covers(point) {
+        const {right, up} = this.axes(), apart = sub(point, this.target);
+        return Math.abs(dot(apart, right)) <= this.aspect * this.height && Math.abs(dot(apart, up)) <= this.height;
     }
 
     /* By how much the points are smaller in a picture that is too narrow for them. */

@@ -258,7 +258,7 @@ class Figure {
     place(poses, end) { return point_of(poses, end.body, end.at); }
 
     draw_frame(poses) {
-        const o = point_of(poses, 0, [0, 0, 0]), l = 0.12 * this.data.size;
+        const o = point_of(poses, 0, [0, 0, 0]), l = this.data.axis;
         [[0.8, 0.2, 0.2], [0.2, 0.6, 0.2], [0.25, 0.4, 0.95]].forEach((colour, k) => {
             const to = [...o];
             to[k] += l;

@@ -216,6 +216,7 @@ class Page extends Panel {
 
     /* Planes that rest extend under all of the motion; a motion much longer than the mechanism is followed. */
     survey() {
+        this.data.axis = 0.12 * this.data.size;
         const {motion, data} = this, poses = new Float32Array(this.poses.length), box = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
         const ranges = data.planes.map(() => [[Infinity, Infinity], [-Infinity, -Infinity]]);
         for (let k = 0; k < 40; k++) {
@@ -238,9 +239,22 @@ class Page extends Panel {
         this.follows = !data.overlay && norm(sub(box[1], box[0])) > 8 * data.size;
     }
 
+    /* Origin and ends of the axes of the world, whose length suits what the camera sees. */
+    world_axes() {
+        const poses = new Float32Array(this.poses.length), l = this.data.axis;
+        this.pose_at(this.times[0], poses);
+        const o = point_of(poses, 0, [0, 0, 0]);
+        return [o, ...[[l, 0, 0], [0, l, 0], [0, 0, l]].map((end) => add(o, end))];
+    }
+
+    /* The axes of the world are seen as a whole if the mechanism is around their origin. */
     fit() {
-        const frames = this.data.bodies.length > 300 ? 5 : 40;
-        this.camera.fit(this.points(frames), this.aspect);
+        const points = this.points(this.data.bodies.length > 300 ? 5 : 40);
+        this.camera.fit(points, this.aspect);
+        this.data.axis = Math.min(0.12 * this.data.size, 0.4 * this.camera.height);
+        const axes = this.world_axes();
+        if (this.shown.frame && this.camera.covers(axes[0]))
+            this.camera.fit([...points, ...axes], this.aspect);
         this.is_stale = true;
     }
 
