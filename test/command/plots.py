@@ -321,6 +321,30 @@ with tempfile.TemporaryDirectory() as folder:
     faults += [] if [text[-3:] for text in legend] == ["= 1", "= 2", "= 3"] else [f"legend: {legend}"]
     claim("no_label_of_a_plot_is_cut_where_it_differs_from_others", faults)
 
+# Units of a sweep: of results by their kinds, and of values that vary by their places in the scene.
+with tempfile.TemporaryDirectory() as folder:
+    path, faults = pathlib.Path(folder), []
+    (path / "arm.yaml").write_text("""kinetree: 1
+gravity: [0, -9.81, 0]
+parameters: {L: 1}
+bodies: [{name: arm, joint: {type: revolute, position: 0.5}, mass: 1, com: [0, -0.5, 0], shape: {type: rod, to: [0, =-L, 0], radius: 0.05}}]
+loops: [{name: rope, type: distance, between: [{body: world, at: [0, 1, 0]}, {body: arm, at: [0, -1, 0]}], length: 3, slack: true}]
+effects: [{name: spring, type: joint_spring, joint: arm, stiffness: 10, rest: 0.2}, {name: pull, type: spring, between: [world, arm], stiffness: 1, length: 0.1}]
+simulate: {duration: 0.2}
+""")
+    for name, values, unit in (("bodies.arm.mass", "1,2", ", kg"), ("bodies.arm.com[1]", "-0.4,-0.5", ", m"), ("bodies.arm.joint.position", "0.1,0.2", ", rad or m"),
+                               ("bodies.arm.shape.radius", "0.04,0.05", ", m"), ("gravity[1]", "-9,-8", ", m/s²"), ("simulate.duration", "0.1,0.2", ", s"),
+                               ("effects.spring.rest", "0.1,0.2", ", rad or m"), ("effects.spring.stiffness", "9,8", ""), ("L", "1,1.1", "")):
+        run(path, "sweep", "arm.yaml", "--vary", f"{name}={values}", "--vary", "bodies.arm.joint.velocity=0,1", "--columns", "position.arm", "--functionals", "integral,rms",
+            "--out", "s.csv", "--quiet")
+        for words, expected in ((["--x", name], [name + unit, "position.arm.rms, rad or m", "position.arm.integral, (rad or m) s"]),
+                                (["--map", f"{name},bodies.arm.joint.velocity"], [name + unit, "bodies.arm.joint.velocity, rad/s or m/s", "position.arm.rms", "rad or m", "(rad or m) s"])):
+            told = run(path, "plot", "s.csv", *words, "--out", "s.svg").stderr
+            drawn = re.findall(r"<text [^>]*>(?:<tspan[^>]*>)?([^<]*)", (path / "s.svg").read_text()) if (path / "s.svg").exists() else []
+            faults += [f"{name}, {words[0]}: no '{text}' among {drawn}; {told}" for text in expected if text not in drawn]
+            (path / "s.svg").unlink(missing_ok=True)
+    claim("sweeps_and_maps_have_units", faults)
+
 with tempfile.TemporaryDirectory() as folder:
     path = pathlib.Path(folder)
     rows = ["time,a,b,note,status", "0,1,2,one,0", '1,oops,3,two,"a, b"', "2,3,,one,0", "3,4,x y,two,0", "4,5,z,one,0"]

@@ -346,6 +346,21 @@ static void draw_cells(cairo_t *c, const kt_plot_frame *f, const kt_plot_cells *
     cairo_restore(c);
 }
 
+/* The name of the colours above them, and the unit. */
+static void name_colours(cairo_t *c, double x, double y, double room, const kt_plot_panel *panel, int exponent) {
+    const char *name = panel->scale != NULL ? panel->scale->label : panel->cells->label;
+    const char *unit = panel->scale == NULL && panel->cells->unit != NULL ? panel->cells->unit : "";
+    char label[160], power[24] = "";
+    if (exponent != 0)
+        (void)snprintf(power, sizeof power, "1e%d", exponent);
+    if (unit[0] != '\0') { /* a line of its own, since names fill the room */
+        kt_paper_text_within(c, x, y - 1.25 * kt_small_size, room, name);
+        (void)snprintf(label, sizeof label, "%s%s%.60s", power, power[0] != '\0' ? " " : "", unit);
+    } else
+        (void)snprintf(label, sizeof label, "%.100s%s%s", name, power[0] != '\0' ? ", " : "", power);
+    kt_paper_text_within(c, x, y, room, label);
+}
+
 /* The colours and their values, right of the panel. */
 static void draw_colours(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel *panel, double room) {
     enum { STRIPES = 64, WIDTH = 14 };
@@ -366,11 +381,7 @@ static void draw_colours(cairo_t *c, const kt_plot_frame *f, const kt_plot_panel
         if (place >= 0.0 && place <= 1.0)
             put_tick(c, x + WIDTH + 6.0, f->bottom - place * height + 0.36 * kt_small_size, KT_ANCHOR_LEFT, &range, i);
     }
-    char label[160], power[24] = "";
-    if (range.exponent != 0)
-        (void)snprintf(power, sizeof power, ", 1e%d", range.exponent);
-    (void)snprintf(label, sizeof label, "%.100s%s", scale != NULL ? scale->label : panel->cells->label, power);
-    kt_paper_text_within(c, x, f->top + 2.0, room - 24.0, label);
+    name_colours(c, x, f->top + 2.0, room - 24.0, panel, range.exponent);
 }
 
 /* Returns whether any point of a series is on the page. */

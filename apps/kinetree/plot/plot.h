@@ -69,9 +69,9 @@ typedef struct kt_plot_cells {
     const double *x, *y; /* two ends of each */
     const double *z;     /* NaN: none */
     size_t count;
-    bool is_grid; /* the shape is a grid; else small squares around the points */
-    bool is_log;  /* colours by the logarithm of magnitudes */
-    const char *label;
+    bool is_grid;             /* the shape is a grid; else small squares around the points */
+    bool is_log;              /* colours by the logarithm of magnitudes */
+    const char *label, *unit; /* of the colours; unit NULL: none */
 } kt_plot_cells;
 
 /* A scale of colours for more curves than a palette has colours: each has that of its value. */
@@ -162,6 +162,12 @@ typedef struct kt_sweep_chart {
     kt_plot_size size;
     bool is_map, is_histogram, is_log, is_dark;
 } kt_sweep_chart;
+
+enum { KT_SWEEP_UNIT_SIZE = 48 };
+
+/* The unit of a column of a sweep, which may be written to `unit` (sweep_unit.c); NULL: it has none, or it is
+ * unknown. */
+const char *kt_sweep_unit(const char *name, char unit[KT_SWEEP_UNIT_SIZE]);
 
 /* Whether a table has the lines of a sweep. *first and *count: the columns of the swept values. */
 bool kt_sweep_table_find(const kt_table *table, int *first, int *count);

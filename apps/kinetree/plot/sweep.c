@@ -16,8 +16,7 @@ enum {
     PANELS_MAX = 6,
     BINS_MAX = 100,
     CURVES_MAX = 200,
-    MARKED = 60 /* points of a curve that have marks */,
-    UNIT_SIZE = 48
+    MARKED = 60 /* points of a curve that have marks */
 };
 
 /* Numbers that a panel takes: of curves at most 5 for each row, of a map 10. */
@@ -35,33 +34,6 @@ bool kt_sweep_table_find(const kt_table *table, int *first, int *count) {
 
 /* ---- a picture in the making ------------------------------------------------------------------------------------- */
 
-/* The unit of a column; NULL: it is unknown. Values that vary are numbers of the scene, whose units are not in the
- * table. A functional has the unit of its column, except for the integral over time. */
-static const char *unit_of_sweep_column(const char *name, char unit[UNIT_SIZE]) {
-    static const char functionals[] = ".end|.min|.max|.mean|.rms|.integral";
-    const char *point = strrchr(name, '.');
-    char column[256];
-    if (strcmp(name, "time") == 0)
-        return "s";
-    if (strcmp(name, "energy.error") == 0)
-        return "J";
-    if (point == NULL || !kt_column_ends(name, functionals))
-        return NULL;
-    (void)snprintf(column, sizeof column, "%.*s", (int)(point - name), name);
-    const char *bracket = kt_column_has_own_unit(column) ? strstr(column, " [") : NULL;
-    const char *of = kt_column_kinds[kt_column_kind_of(column)].unit;
-    if (of == NULL && bracket == NULL)
-        return NULL;
-    (void)snprintf(unit, UNIT_SIZE, "%.*s", bracket != NULL ? (int)strlen(bracket) - 3 : (int)strlen(of),
-                   bracket != NULL ? bracket + 2 : of);
-    if (strcmp(point, ".integral") == 0)
-        (void)snprintf(column, sizeof column, strstr(unit, " or ") != NULL ? "(%s) s" : "%s s", unit);
-    else
-        (void)snprintf(column, sizeof column, "%s", unit);
-    (void)snprintf(unit, UNIT_SIZE, "%.*s", UNIT_SIZE - 1, column);
-    return unit;
-}
-
 typedef struct picture {
     const kt_sweep_chart *chart;
     size_t rows;
@@ -70,7 +42,7 @@ typedef struct picture {
     kt_plot_scale scale; /* of the values that curves are drawn by */
     kt_plot_cells cells[PANELS_MAX];
     char labels[CURVES_MAX][96];
-    char units[PANELS_MAX][UNIT_SIZE], x_unit[UNIT_SIZE], by_unit[UNIT_SIZE];
+    char units[PANELS_MAX][KT_SWEEP_UNIT_SIZE], x_unit[KT_SWEEP_UNIT_SIZE], by_unit[KT_SWEEP_UNIT_SIZE];
     size_t shared;   /* the largest number of runs at one place of a map */
     double *numbers; /* room for all that is drawn */
     size_t used;
@@ -149,7 +121,7 @@ static void add_curves(picture *p, int k, int column) {
     double *values = take_plot_numbers(p, p->rows);
     const size_t count = chart->by >= 0 ? sort_values(sweep_column_of(p, chart->by), p->rows, true, values) : 1;
     *panel = (kt_plot_panel){.title = chart->table->names[column],
-                             .unit = unit_of_sweep_column(chart->table->names[column], p->units[k]),
+                             .unit = kt_sweep_unit(chart->table->names[column], p->units[k]),
                              .series = p->series[k],
                              .has_legend = chart->by >= 0,
                              .x_log = is_logarithmic(p, chart->x),
@@ -223,7 +195,7 @@ static void add_histogram(picture *p, int k, int column) {
                                    .series = p->series[k],
                                    .series_count = 1,
                                    .x_title = p->chart->table->names[column],
-                                   .x_unit = unit_of_sweep_column(p->chart->table->names[column], p->units[k])};
+                                   .x_unit = kt_sweep_unit(p->chart->table->names[column], p->units[k])};
 }
 
 /* ---- maps -------------------------------------------------------------------------------------------------------- */
@@ -296,7 +268,8 @@ static void add_map(picture *p, int k, int column) {
                              .count = p->rows,
                              .is_grid = is_grid,
                              .is_log = chart->is_log,
-                             .label = chart->table->names[column]};
+                             .label = chart->table->names[column],
+                             .unit = kt_sweep_unit(chart->table->names[column], p->units[k])};
     for (size_t i = 0; i < p->rows; i++) {
         double *of_x = edges + 2 * i, *of_y = edges + 2 * (p->rows + i);
         of_x[0] = of_x[1] = x[i];
@@ -308,14 +281,14 @@ static void add_map(picture *p, int k, int column) {
     }
     p->series[k][0] = (kt_plot_series){.x = cells->x, .y = cells->y, .count = 2 * p->rows, .is_scattered = true};
     p->panels[k] = (kt_plot_panel){.title = chart->table->names[chart->by],
-                                   .unit = unit_of_sweep_column(chart->table->names[chart->by], p->by_unit),
+                                   .unit = kt_sweep_unit(chart->table->names[chart->by], p->by_unit),
                                    .series = p->series[k],
                                    .series_count = 1,
                                    .has_legend = true,
                                    .x_log = x_log,
                                    .y_log = y_log,
                                    .x_title = chart->table->names[chart->x],
-                                   .x_unit = unit_of_sweep_column(chart->table->names[chart->x], p->x_unit),
+                                   .x_unit = kt_sweep_unit(chart->table->names[chart->x], p->x_unit),
                                    .cells = cells};
 }
 
@@ -351,7 +324,7 @@ static int draw_sweep_plot(picture *p, const char *out) {
     const kt_plot plot = {.title = chart->title,
                           .subtitle = subtitle,
                           .x_title = chart->table->names[chart->x],
-                          .x_unit = unit_of_sweep_column(chart->table->names[chart->x], p->x_unit),
+                          .x_unit = kt_sweep_unit(chart->table->names[chart->x], p->x_unit),
                           .panels = p->panels,
                           .panel_count = count,
                           .is_dark = chart->is_dark,

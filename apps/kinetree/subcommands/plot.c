@@ -75,8 +75,15 @@ static int find_plotted_column(const kt_table *table, const char *option, const 
     return kt_plot_say_no_column(table, option, name);
 }
 
+/* Adds the functionals of results with one of these endings. */
+static void add_functionals(const kt_table *table, int first, const char *endings, int *columns, int *count) {
+    for (int i = first; i + 1 < table->columns; i++)
+        if (kt_column_ends(table->names[i], endings))
+            columns[(*count)++] = i;
+}
+
 /* Chooses the columns whose names begin with a word of --columns. The default is the columns of events, maxima and
- * ends. Returns -1, or an exit code after printing the error. */
+ * ends, or the other functionals if there are none of these. Returns -1, or an exit code after printing the error. */
 static int choose_columns(const kt_plot_arguments *arguments, const kt_table *table, int first, int *columns,
                           int *count) {
     int code = -1;
@@ -84,6 +91,8 @@ static int choose_columns(const kt_plot_arguments *arguments, const kt_table *ta
     for (int i = first; arguments->columns == NULL && i + 1 < table->columns; i++)
         if (strncmp(table->names[i], "event.", 6) == 0 || kt_column_ends(table->names[i], ".end|.max"))
             columns[(*count)++] = i;
+    if (arguments->columns == NULL && *count == 0)
+        add_functionals(table, first, ".min|.mean|.rms|.integral", columns, count);
     if (arguments->columns != NULL)
         code = kt_plot_list_columns(table, arguments->columns, columns, count);
     if (code < 0 && *count == 0)
