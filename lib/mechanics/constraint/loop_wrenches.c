@@ -29,6 +29,8 @@ static kt_wrench relation_wrench(const kt_model *model, const kt_data *data, con
     return out;
 }
 
+/* A row that no joint moves, such as the normal of a slide's contact, has no multiplier in its group, but may have a
+ * given one. */
 static kt_wrench frame_wrench(const kt_model *model, const kt_data *data, const kt_group_work *w,
                               const kt_loop_record *loop, const int32_t *slot, double t, kt_wrench *bodies,
                               kt_wrench *idle) {
@@ -42,9 +44,10 @@ static kt_wrench frame_wrench(const kt_model *model, const kt_data *data, const 
     }
     const kt_loop_kind *kind = KT_KERNEL(kt_loop_kinds)[loop->kind];
     const int count = kind->evaluate(loop, model->number, end, t, rows);
+    const double *given = data->given_multipliers;
     double lambda[KT_LOOP_ROW_MAX];
     for (int r = 0; r < count; r++) {
-        lambda[r] = slot[r] >= 0 ? w->multiplier[slot[r]] : 0.0;
+        lambda[r] = slot[r] >= 0 ? w->multiplier[slot[r]] : given != NULL ? given[loop->equation + r] : 0.0;
         moment += kt_v4_splat(lambda[r]) * rows[r].moment;
         force += kt_v4_splat(lambda[r]) * rows[r].force;
     }
@@ -99,7 +102,8 @@ void KT_KERNEL(kt_react)(const kt_model *model, const kt_data *data, double t, k
             const int32_t *slot = kt_rows_slots(model, group, loop);
             if (loop->term_count)
                 loops[index] = relation_wrench(model, data, loop, slot[0] < 0 ? 0.0 : w.multiplier[slot[0]]);
-            else if (kt_group_has_fronts(group) && !KT_KERNEL(kt_loop_kinds)[loop->kind]->load)
+            else if (kt_group_has_fronts(group) && !KT_KERNEL(kt_loop_kinds)[loop->kind]->load &&
+                     data->given_multipliers == NULL)
                 loops[index] = front_wrench(model, data, &w, loop, slot, bodies);
             else
                 loops[index] = frame_wrench(model, data, &w, loop, slot, t, bodies, idle);
