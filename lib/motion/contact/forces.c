@@ -204,10 +204,12 @@ static kt_status solve_smooth_forces(kt_simulation *simulation, double t, kt_err
  * collision may stop slip, unless this has happened already (c->selected->jams). */
 static kt_status solve_rough_forces(kt_simulation *simulation, double t, bool again, double *lost, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
+    const int island = (int)(c->selected - c->island);
     const bool jams = !again && kt_contacts_must_jam(c, c->u);
     const kt_status status = jams ? KT_ERROR_CONSTRAINT : kt_contacts_solve_forces(simulation, t, c->W, c->u, error);
     if (status != KT_ERROR_CONSTRAINT || again)
         return status;
+    (void)kt_contacts_select(c, island); /* the search for the cause of the error has selected others */
     if (!kt_contacts_jam(simulation, c->W, c->u, lost))
         return jams ? kt_contacts_reject(simulation, t, "reactions", error) : status;
     c->selected->jams = true;
