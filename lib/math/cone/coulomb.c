@@ -472,6 +472,7 @@ bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent
         found = again && make_independent(c, solver, solution, steps);
     }
     close_loose(c, solver, solution);
+    solution->shares = solution->shares || (kt_coulomb_fits(c, solution) && kt_coulomb_shares(c, solution));
     return found;
 }
 

@@ -188,6 +188,8 @@ bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to);
 /* The number of rows that an item holds. The number is 0 for an open item and for dry friction that slips. A cone that
  * sticks holds its normal row and two tangential ones. With `slip`, a slipping cone counts like a sticking one. */
 int kt_coulomb_held_rows(const kt_coulomb *c, const kt_coulomb_solution *to, int i, bool slip);
+/* Whether rows at which contacts rest or slide depend on each other, so that their forces are not unique. */
+bool kt_coulomb_shares(const kt_coulomb *c, const kt_coulomb_solution *to);
 /* Whether the first rows of item i depend on rows that other items hold, so that item i need not hold these rows. rows:
  * 1 for the normal row, 3 with the tangential ones. Other items hold their normal rows if they press, and their
  * tangential rows if they stick. With `slip`, tangential rows of contacts that slip count, too. */

@@ -386,8 +386,17 @@ int kt_coulomb_held_rows(const kt_coulomb *c, const kt_coulomb_solution *to, int
 
 static int held_row_of(const kt_coulomb_item *item, int k) { return k == 0 ? item->row : item->across + k - 1; }
 
+static const double apart = 1e-9;
+
+bool kt_coulomb_shares(const kt_coulomb *c, const kt_coulomb_solution *to) {
+    int n = 0, all = 0;
+    for (int j = 0; j < c->n; j++)
+        for (int k = 0; k < kt_coulomb_held_rows(c, to, j, false); k++, all++)
+            n += add_row(c, n, held_row_of(&c->item[j], k)) > apart;
+    return n < all;
+}
+
 bool kt_coulomb_is_held(const kt_coulomb *c, const kt_coulomb_solution *to, int i, int rows, bool slip) {
-    static const double apart = 1e-9;
     int n = 0;
     for (int j = 0; j < c->n; j++)
         for (int k = 0; j != i && k < kt_coulomb_held_rows(c, to, j, slip); k++)
