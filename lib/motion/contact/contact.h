@@ -161,6 +161,7 @@ struct kt_contacts {
     bool holds_slow;        /* with `holds`: all are held that slip about as fast as `wedged`, or slower */
     bool frees;             /* contacts that are held at rest may slip, since no reactions hold them */
     int wedged;             /* the contact that friction wedges */
+    bool unchecked;         /* contacts were decided at the present time (certificate.c) */
     bool strikes;           /* speeds of drives jump: contacts that are closed do not bounce */
     bool stops;             /* ends of slip accumulate: contacts that slip below their rest velocity come to rest */
     kt_contact_retry retry; /* tries of the present step */
@@ -421,8 +422,10 @@ KT_CHECKED kt_status kt_contacts_spare_held(kt_simulation *simulation, const kt_
  * since their motion is prescribed. */
 KT_CHECKED kt_status kt_contacts_check_rates(kt_simulation *simulation, double t, const double *v, double approach,
                                              kt_status status, kt_error *error);
-/* Checks the multipliers of a record at t (phase `check_record`). */
+/* Checks the forces of a record at t, and Newton's law (phase `check_record`, certificate.c). */
 KT_CHECKED kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt_error *error);
+/* Checks the forces with which a step begins behind a decision, when the step is accepted. An error undoes the step. */
+KT_CHECKED kt_status kt_contacts_check_decided(kt_simulation *simulation, kt_error *error);
 /* Sets the error of contacts without impulses, or without reactions (`what`). */
 kt_status kt_contacts_reject(kt_simulation *simulation, double t, const char *what, kt_error *error);
 

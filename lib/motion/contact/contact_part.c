@@ -312,6 +312,7 @@ static kt_status resolve_once(kt_simulation *simulation, kt_error *error) {
     if (status != KT_OK)
         return status;
     simulation->memory.held = kt_contacts_find_held(simulation);
+    c->unchecked = true;
     return watch_open(simulation, t, error);
 }
 
@@ -452,6 +453,7 @@ const kt_part kt_slip_part = {.is_active = has_slip, .begin = kt_contacts_begin_
 const kt_part kt_contact_part = {.is_active = has_contacts,
                                  .start = kt_contacts_start,
                                  .begin = kt_contacts_begin_prediction,
+                                 .accept = kt_contacts_check_decided,
                                  .rebind = follow_model,
                                  .renew = kt_contacts_renew,
                                  .variant = kt_contacts_open_model,

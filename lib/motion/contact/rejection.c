@@ -31,8 +31,6 @@ static const double kept = 0.05;
 static const double rounding = 1e-9;
 /* The least lever with which an impulse moves a body, relative to the mechanism's length. */
 static const double lever = 1e-9;
-/* A recorded reaction is wrong beyond rounding if its error exceeds this part of the largest one along its step. */
-static const double wrong = 1e-6;
 /* Contradicting equations leave at least this part of the speed. */
 static const double left = 1e-3;
 
@@ -202,58 +200,6 @@ kt_status kt_contacts_check_rates(kt_simulation *simulation, double t, const dou
                    is_prescribed(simulation, t, error)
                ? KT_ERROR_CONSTRAINT
                : status;
-}
-
-/* The largest force of an island in the weights of its contacts (cone/rest.h). Rounding of each force is relative to
- * this load, since the force of a single foot may be zero. */
-static double load_of_island(const kt_simulation *simulation, int island) {
-    const struct kt_contacts *c = simulation->contacts;
-    double load = 0.0;
-    for (int k = 0; k < c->n; k++)
-        if (c->item[k].island == island && kt_contact_is_closed(simulation->model, &c->item[k]) &&
-            !kt_contact_rubs(c, k))
-            load = fmax(load, fabs(simulation->multiplier[kt_contact_row(simulation->model, &c->item[k])]) *
-                                  sqrt(simulation->contact_state[k].metric));
-    return load;
-}
-
-/* Returns the reserve of a closed contact until it opens, or of friction that sticks until its limit. *size: the scale
- * of the reserve. */
-static double reserve_of(const kt_simulation *simulation, int k, double *size) {
-    const struct kt_contacts *c = simulation->contacts;
-    const kt_model *model = simulation->model;
-    const kt_contact *contact = &c->item[k];
-    const bool rubs = kt_contact_rubs(c, k);
-    const int at = rubs ? contact->of : k;
-    const double *force = simulation->multiplier + kt_contact_row(model, contact);
-    const double normal = c->item[at].sign * simulation->multiplier[kt_contact_row(model, &c->item[at])];
-    const double metric = simulation->contact_state[at].metric, opens_at = simulation->contact_state[at].opens_at;
-    const kt_effect_record *effect = k < c->sides || rubs ? NULL : kt_effect_record_find(model, contact->effect);
-    const double load =
-        effect == NULL ? 0.0 : kt_load_friction_find(model, simulation->data, effect, *force > 0.0 ? -1.0 : 1.0);
-    const double limit = rubs           ? kt_contact_coefficient(model, contact) * (normal - opens_at)
-                         : k < c->sides ? 0.0
-                                        : fmax(effect->coulomb, effect->breakaway) + load;
-    *size = fmax(fmax(fabs(normal), limit), simulation->event_memory[at].size);
-    *size = fmax(*size, metric > 0.0 ? load_of_island(simulation, contact->island) / sqrt(metric) : 0.0);
-    return rubs ? limit - kt_hypot(force[0], force[1]) : k < c->sides ? normal - opens_at : limit - fabs(normal);
-}
-
-kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt_error *error) {
-    const struct kt_contacts *c = simulation->contacts;
-    for (int k = 0; k < c->n; k++) {
-        double size;
-        if (!kt_contact_is_closed(simulation->model, &c->item[k]) || t < simulation->contact_state[k].held ||
-            (kt_contact_rubs(c, k) && !kt_contact_is_closed(simulation->model, &c->item[c->item[k].of])) ||
-            !(reserve_of(simulation, k, &size) < -wrong * size))
-            continue;
-        return kt_error_set(
-            error, KT_ERROR_STEP, kt_where_at("contact", kt_loop_name(simulation->model, c->item[k].loop), t).text,
-            "its reaction of %.3g (N or N m) %s: a step missed the instants at which it %s; bound the steps (max_step)",
-            simulation->multiplier[kt_contact_row(simulation->model, &c->item[k])],
-            k < c->sides ? "pulls" : "exceeds its friction", k < c->sides ? "opens and closes" : "slips and sticks");
-    }
-    return KT_OK;
 }
 
 kt_status kt_contacts_reject(kt_simulation *simulation, double t, const char *what, kt_error *error) {

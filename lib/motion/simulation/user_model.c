@@ -104,10 +104,12 @@ kt_status kt_simulation_react(kt_simulation *simulation, double t, const double 
         kt_simulation_inputs(simulation, y, &at.tau, &at.external);
     kt_wrench *joints = by != NULL ? NULL : simulation->reaction;
     kt_wrench *loops = by != NULL ? simulation->free_reaction : simulation->loop_reaction;
-    kt_status status =
-        simulation->cached == KT_CACHED_EVALUATION
-            ? kt_motion_complete(simulation->model, data, &at, simulation->a, data->kinematics, joints, loops, error)
-            : kt_motion_evaluate(simulation->model, data, &at, data->kinematics, joints, loops, error);
+    kt_status status = simulation->cached == KT_CACHED_EVALUATION
+                           ? KT_OK
+                           : kt_acceleration_trusted(simulation->model, data, &at, simulation->a, error);
+    if (status == KT_OK)
+        status =
+            kt_motion_complete(simulation->model, data, &at, simulation->a, data->kinematics, joints, loops, error);
     if (status == KT_OK)
         status = kt_multipliers_take(simulation->model, data, t, simulation->multiplier, error);
     if (status == KT_OK && simulation->contacts != NULL)

@@ -1,0 +1,222 @@
+/* The certificate of hard contacts: each record, and each step behind a decision, satisfies the law.
+ *
+ *   signs         a closed contact pushes, N >= 0
+ *   cones         |T| <= mu N of a contact that sticks, and |tau| <= S of a dry joint that sticks
+ *   Newton's law  M a + h = tau + J' lambda, in each coordinate of each body
+ *
+ * Slip has no residual of its own: its friction is computed as mu N against the slip. An open contact that accelerates
+ * into its boundary closes as an event. The force of a single foot may be zero. Therefore forces are compared with the
+ * largest force of their island, in the weights of its contacts (cone/rest.h). Records between two steps have the
+ * errors of the steps. Each residual of Newton's law is compared with the sum of the magnitudes of its terms, so that
+ * no bound has a unit. A contact that is held (directions.c) disobeys its limit on purpose, and the run counts it.
+ *
+ * Newton's law is tested with inverse dynamics, which use neither the mass matrix, nor W, nor the factors of the
+ * equations. The wrenches of loops and contacts are those of the record. Cost: O(n). */
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "base/copy.h"
+#include "base/where.h"
+#include "cone/rest.h"
+#include "contact/contact.h"
+#include "dynamics/dynamics.h"
+#include "evaluate/load_friction.h"
+#include "integrator/integrator.h"
+#include "kinetree/algebra.h"
+#include "kinetree/mechanism.h"
+#include "model/switching.h"
+
+#include <math.h>
+
+/* A recorded reaction is wrong beyond errors of steps if its error exceeds this part of the largest one along its
+ * step. */
+static const double wrong = 1e-6;
+/* Newton's law is violated if its residual exceeds this part of its terms. */
+static const double balanced = 1e-9;
+
+/* ---- signs and cones --------------------------------------------------------------------------------------------- */
+
+/* The largest force of an island in the weights of its contacts (cone/rest.h). Rounding of each force is relative to
+ * this load, since the force of a single foot may be zero. */
+static double load_of_island(const kt_simulation *simulation, const double *multiplier, int island) {
+    const struct kt_contacts *c = simulation->contacts;
+    double load = 0.0;
+    for (int k = 0; k < c->n; k++)
+        if (c->item[k].island == island && kt_contact_is_closed(simulation->model, &c->item[k]) &&
+            !kt_contact_rubs(c, k))
+            load = fmax(load, fabs(multiplier[kt_contact_row(simulation->model, &c->item[k])]) *
+                                  sqrt(simulation->contact_state[k].metric));
+    return load;
+}
+
+/* Returns the reserve of a closed contact until it opens, or of friction that sticks until its limit. *size: the scale
+ * of the reserve. */
+static double reserve_of(const kt_simulation *simulation, const double *multiplier, int k, double *size) {
+    const struct kt_contacts *c = simulation->contacts;
+    const kt_model *model = simulation->model;
+    const kt_contact *contact = &c->item[k];
+    const bool rubs = kt_contact_rubs(c, k);
+    const int at = rubs ? contact->of : k;
+    const double *force = multiplier + kt_contact_row(model, contact);
+    const double normal = c->item[at].sign * multiplier[kt_contact_row(model, &c->item[at])];
+    const double metric = simulation->contact_state[at].metric, opens_at = simulation->contact_state[at].opens_at;
+    const kt_effect_record *effect = k < c->sides || rubs ? NULL : kt_effect_record_find(model, contact->effect);
+    const double load =
+        effect == NULL ? 0.0 : kt_load_friction_find(model, simulation->data, effect, *force > 0.0 ? -1.0 : 1.0);
+    const double limit = rubs           ? kt_contact_coefficient(model, contact) * (normal - opens_at)
+                         : k < c->sides ? 0.0
+                                        : fmax(effect->coulomb, effect->breakaway) + load;
+    *size = fmax(fmax(fabs(normal), limit), simulation->event_memory[at].size);
+    *size = fmax(*size, metric > 0.0 ? load_of_island(simulation, multiplier, contact->island) / sqrt(metric) : 0.0);
+    return rubs ? limit - kt_hypot(force[0], force[1]) : k < c->sides ? normal - opens_at : limit - fabs(normal);
+}
+
+/* Whether the law bounds the force of item k: it is closed, and neither held nor friction of an open contact. */
+static bool is_bounded(const kt_simulation *simulation, double t, int k) {
+    const struct kt_contacts *c = simulation->contacts;
+    return kt_contact_is_closed(simulation->model, &c->item[k]) && !(t < simulation->contact_state[k].held) &&
+           !(kt_contact_rubs(c, k) && !kt_contact_is_closed(simulation->model, &c->item[c->item[k].of]));
+}
+
+static kt_status check_reserves(const kt_simulation *simulation, double t, kt_error *error) {
+    const struct kt_contacts *c = simulation->contacts;
+    for (int k = 0; k < c->n; k++) {
+        double size;
+        if (!is_bounded(simulation, t, k) ||
+            !(reserve_of(simulation, simulation->multiplier, k, &size) < -wrong * size))
+            continue;
+        return kt_error_set(
+            error, KT_ERROR_STEP, kt_where_at("contact", kt_loop_name(simulation->model, c->item[k].loop), t).text,
+            "its reaction of %.3g (N or N m) %s: a step missed the instants at which it %s; bound the steps (max_step)",
+            simulation->multiplier[kt_contact_row(simulation->model, &c->item[k])],
+            k < c->sides ? "pulls" : "exceeds its friction", k < c->sides ? "opens and closes" : "slips and sticks");
+    }
+    return KT_OK;
+}
+
+/* ---- Newton's law ------------------------------------------------------------------------------------------------ */
+
+/* Adds the terms of loops to the sizes. Multipliers of relations and of dry friction act on coordinates, and have no
+ * wrench. */
+static void add_loops(const kt_simulation *simulation, double *left, double *size) {
+    const struct kt_contacts *c = simulation->contacts;
+    const kt_model *model = simulation->model, *all = c->all;
+    for (size_t i = 0; i < model->n.loop; i++) {
+        const kt_loop_record *loop = &all->loop[i];
+        const bool acts = loop->term_count > 0 || loop->type == KT_LOOP_RATES;
+        const kt_group *group = kt_loop_is_off(&model->loop[i]) ? NULL : &all->group[loop->group];
+        for (int r = 0; group != NULL && r < loop->row_count; r++) {
+            const double *J = c->jacobian + kt_loop_entry(group, loop, r);
+            for (int j = 0; j < group->v_count; j++) {
+                const double force = J[j] * simulation->multiplier[model->loop[i].equation + r];
+                left[all->group_v[group->v + j]] -= acts ? force : 0.0;
+                size[all->group_v[group->v + j]] += fabs(force);
+            }
+        }
+    }
+}
+
+/* Evaluates inverse dynamics with data of c->all, so that results of the record stay. */
+static kt_status invert(const kt_simulation *simulation, const kt_dynamic_state *at, const double *a,
+                        const kt_wrench *external, double *tau, kt_error *error) {
+    const struct kt_contacts *c = simulation->contacts;
+    return kt_inverse_trusted(c->all, c->data, at->q, at->v, a, external, tau, error);
+}
+
+/* The size of the terms that the wrench of a joint has in the joint's coordinates. */
+static double size_in_joint(const kt_simulation *simulation, int body) {
+    const kt_wrench *w = &simulation->reaction[body];
+    return kt_vec3_norm(w->force) * fmax(1.0, simulation->model->length) + kt_vec3_norm(w->moment);
+}
+
+static kt_status reject_newton(const kt_simulation *simulation, double t, int body, double left, double size,
+                               kt_error *error) {
+    return kt_error_set(error, KT_ERROR_STEP, kt_where_at("body", kt_body_name(simulation->model, body), t).text,
+                        "Newton's law is violated by %.3g of %.3g N m: its contacts, loops and drives have no forces "
+                        "that move it as recorded, as next to a singular position; start elsewhere, or replace a "
+                        "contact by an elastic one (stiffness)",
+                        left, size);
+}
+
+/* Whether forces exist that this check does not add up: of masses that vary, and of teeth on their bearings. */
+static bool has_other_forces(const kt_simulation *simulation) {
+    const kt_model *model = simulation->model;
+    return model->n.varying > 0 || model->n.load > 0 || simulation->size.balanced > 0 ||
+           simulation->transformation != NULL;
+}
+
+/* Compares the residuals of each body's joint with the largest terms in this joint, as moments: a horizontal force that
+ * vanishes has the rounding of vertical ones. */
+static kt_status compare_newton(const kt_simulation *simulation, double t, const double *left, const double *size,
+                                kt_error *error) {
+    const kt_model *model = simulation->model;
+    for (int body = 1; body < kt_model_body_count(model); body++) {
+        const kt_coordinates at = kt_body_coordinates(model, body);
+        const int lengths = kt_link_lengths(&model->link[model->body[body].link]);
+        double most = size_in_joint(simulation, body), worst = 0.0;
+        for (int k = 0; k < at.nv; k++) {
+            const double unit = k < lengths ? model->length : 1.0;
+            most = fmax(most, unit * size[at.v + k]);
+            worst = fmax(worst, unit * fabs(left[at.v + k]));
+        }
+        if (at.nv > 0 && !(worst <= balanced * most))
+            return reject_newton(simulation, t, body, worst, most, error);
+    }
+    return KT_OK;
+}
+
+static kt_status check_newton(const kt_simulation *simulation, double t, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const kt_model *model = simulation->model;
+    const double *q = simulation->y, *v = q + simulation->size.nq;
+    double *whole = c->a, *size = c->flight, *left = c->v;
+    kt_dynamic_state at = {t, q, v, simulation->tau, simulation->external};
+    kt_effects_recall(model, simulation->data, &at);
+    const kt_wrench *external = model->n.group > 0 ? simulation->data->loaded : at.external;
+    const double *tau = model->n.loaded > 0 ? simulation->data->load_tau : at.tau != NULL ? at.tau : model->zero;
+    kt_status status = kt_loop_entries(c->all, c->data, &at, c->jacobian, NULL, NULL, NULL, error);
+    if (status == KT_OK)
+        status = invert(simulation, &at, NULL, NULL, size, error);
+    if (status == KT_OK)
+        status = invert(simulation, &at, simulation->a, NULL, whole, error);
+    if (status == KT_OK)
+        status = invert(simulation, &at, simulation->a, external, left, error);
+    if (status != KT_OK)
+        return status;
+    for (size_t i = 0; i < model->n.v; i++) {
+        size[i] = fabs(size[i]) + fabs(whole[i] - size[i]) + fabs(whole[i] - left[i]) + fabs(tau[i]);
+        left[i] -= tau[i];
+    }
+    add_loops(simulation, left, size);
+    return compare_newton(simulation, t, left, size, error);
+}
+
+kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt_error *error) {
+    const kt_status status = check_reserves(simulation, t, error);
+    return status == KT_OK && !has_other_forces(simulation) ? check_newton(simulation, t, error) : status;
+}
+
+/* ---- an instant -------------------------------------------------------------------------------------------------- */
+
+/* A step that begins behind an instant has the forces of the contacts that were decided there. If a reserve is negative
+ * at the beginning, the next decision usually follows at once, and no step is taken. */
+kt_status kt_contacts_check_decided(kt_simulation *simulation, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const double t = kt_integrator_previous_time(simulation->integrator);
+    const double *begin = simulation->events.value + (KT_EVENT_VALUES - 1) * simulation->size.event;
+    const bool decided = c->unchecked;
+    c->unchecked = false;
+    for (int k = 0; decided && k < c->n; k++) {
+        double size;
+        if (!is_bounded(simulation, t, k))
+            continue;
+        (void)reserve_of(simulation, c->row, k, &size);
+        if (!(begin[k] < -wrong * size))
+            continue;
+        kt_integrator_retreat(simulation->integrator, kt_integrator_time(simulation->integrator) - t);
+        return kt_error_set(
+            error, KT_ERROR_STEP, kt_where_at("contact", kt_loop_name(simulation->model, c->item[k].loop), t).text,
+            "its reaction %s by %.3g of %.3g (N or N m), as contacts were decided: no other forces were "
+            "found; take an elastic contact (stiffness)",
+            k < c->sides ? "pulls" : "exceeds its friction", -begin[k], size);
+    }
+    return KT_OK;
+}
