@@ -70,7 +70,7 @@ extern "C" {
 enum {
     KT_EXPRESSION_LENGTH_MAX = 4096, /* bytes of the text */
     KT_EXPRESSION_DEPTH_MAX = 64,    /* values that wait for their operator, and nested parentheses */
-    KT_EXPRESSION_NAME_MAX = 255     /* bytes of a name */
+    KT_EXPRESSION_NAME_MAX = 600     /* bytes of a name: two names of 255 bytes with the words around them */
 };
 
 /* A parsed formula; immutable, so that threads can share it. */

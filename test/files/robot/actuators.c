@@ -228,6 +228,29 @@ KT_TEST(sums_of_bounded_actuators_come_back) {
         "");
 }
 
+#define FIVE(text) text text text text text
+#define LONG FIVE(FIVE(FIVE("jj"))) "jjjjj" /* a name of 255 bytes */
+#define HINGE(name, springs)                                                                                           \
+    "<mujoco><compiler angle='radian'/><worldbody><body name='a'><joint name='" name "' " springs                      \
+    " axis='0 1 0' actuatorfrcrange='-3 2'/><geom size='.1' pos='.2 0 0'/></body></worldbody><actuator>"               \
+    "<position name='" name "' joint='" name "' kp='8' forcerange='-2 2'/>"                                            \
+    "<general name='" name "2' joint='" name "' dyntype='filterexact' dynprm='.2' gainprm='30' forcerange='-4 4'/>"    \
+    "<general name='" name "3' joint='" name "' dyntype='integrator' gainprm='9'/></actuator>"                         \
+    "<keyframe><key name='k' ctrl='.7 .2 .1' act='.1 .3'/></keyframe></mujoco>"
+#define POLYNOMIALS "stiffness='2 3 4' damping='.1 .2'"
+
+/* Actuators whose sum is bounded, and polynomial springs, are formulas that contain the name of the joint. */
+KT_TEST(names_of_255_bytes_lose_nothing) {
+    const kt_robot_options options = {.keyframe = "k"};
+    kt_random random = kt_random_of_test();
+    const machine plain = kt_test_open(test_robot(HINGE("j", POLYNOMIALS), &options), NULL),
+                  named = kt_test_open(test_robot(HINGE(LONG, POLYNOMIALS), &options), NULL);
+    kt_check_text("the joint", named.scene->description.bodies[0].joint.name, LONG);
+    compare_machines(&plain, &named, &random);
+    check_actuators(HINGE("j", ""), "");
+    check_actuators(HINGE(LONG, ""), "");
+}
+
 /* Other functions of time than delays of the control, and a sum with one term of another form. */
 KT_TEST(forces_of_other_forms_are_left_out_and_told) {
     static const char *const forces[] = {"2*position.a*step(t - 1)", "3*step(t - 1) + 2*sin(t)", "abs(velocity.a)",
