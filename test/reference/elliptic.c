@@ -54,10 +54,10 @@ static double swing_error(const kt_case *c, const kt_record *record, const void 
 
 KT_TEST(simple_pendulum_follows_elliptic_functions_at_every_record) {
     const swing s = {kt_degrees(-90.0), g};
-    static const kt_setting settings[] = {{NULL, 0.0, 0.0, 1.4e-11},
-                                          {"dop853", 0.0, 1e-13, 2.5e-12},
-                                          {"dopri5", 0.0, 1e-12, 2e-10},
-                                          {"rk4", 1e-3, 0.0, 5e-11}};
+    static const kt_setting settings[] = {
+        {NULL, 0.0, 0.0, 1.4e-11},     {"dop853", 0.0, 1e-13, 2.5e-12}, {"dopri5", 0.0, 1e-12, 2e-10},
+        {"dopri5", 0.0, 1e-9, 2.4e-7}, {"dopri5", 0.0, 1e-6, 2.1e-4},   {"tsit5", 0.0, 1e-9, 2e-8},
+        {"dop853", 0.0, 1e-9, 1.2e-8}, {"bs32", 0.0, 1e-6, 6.6e-4},     {"rk4", 1e-3, 0.0, 5e-11}};
     kt_scene_follow("pendulum", settings, COUNT_OF(settings), swing_error, &s);
     kt_case c = kt_case_open("pendulum");
     kt_case_order(&c, "rk4", 4e-3, 4.0, swing_error, &s);

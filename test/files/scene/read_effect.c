@@ -56,6 +56,35 @@ KT_TEST(effects_in_joints_take_their_keys) {
     kt_check_true("no limit", isinf(e[6].limit) && e[6].limit > 0.0);
 }
 
+KT_TEST(springs_dampers_and_motors_take_their_keys) {
+    static const char text[] =
+        HEAD "  - {type: spring, between: [crank.tip, {body: world, at: [0, 1, 0]}], stiffness: 100}\n"
+             "  - {name: s, type: spring, between: [crank, slide], length: 0, damping: 2}\n"
+             "  - {type: joint_damper, joint: slide, damping: 0.5}\n"
+             "  - {type: motor, joint: crank, torque: 3}\n"
+             "  - {type: motor, joint: slide, force: {polynomial: [1, 2]}}\n";
+    kt_scene *scene = kt_test_scene(text);
+    const kt_effect *e = scene->description.effects;
+    kt_check_equal_int("effects", scene->description.effect_count, 5);
+    kt_check_equal_int("type", e[0].type, KT_EFFECT_SPRING);
+    kt_check_true("no name", e[0].name == NULL);
+    kt_check_text("first end", e[0].between[0].marker, "tip");
+    CHECK_VECTOR("second end", e[0].between[1].at, 0, 1, 0);
+    CHECK_NUMBERS("stiffness", &e[0].stiffness, 100);
+    kt_check_true("the initial length", e[0].initial_length);
+    kt_check_text("name", e[1].name, "s");
+    kt_check_true("a length of its own", !e[1].initial_length);
+    CHECK_NUMBERS("length", &e[1].length, 0);
+    CHECK_NUMBERS("damping", &e[1].damping, 2);
+    kt_check_equal_int("type", e[2].type, KT_EFFECT_JOINT_DAMPER);
+    kt_check_text("joint", e[2].joint, "slide");
+    CHECK_NUMBERS("damping", &e[2].damping, 0.5);
+    kt_check_true("no length", !e[2].initial_length);
+    kt_check_equal_int("type", e[3].type, KT_EFFECT_MOTOR);
+    CHECK_NUMBERS("torque", &e[3].torque.value, 3);
+    kt_check_equal_int("force", e[4].torque.type, KT_FUNCTION_POLYNOMIAL);
+}
+
 KT_TEST(effects_on_bodies_take_their_keys) {
     static const char text[] =
         HEAD "  - {type: bushing, between: [crank.tip, slide], stiffness: [1, 2, 3, 4, 5, 6], damping: [6, 5, 4, 3, 2, "

@@ -1,4 +1,4 @@
-/* Every key of loops, the initial state, effects and functions, and its result in the scene. The library rejects these
+/* Every key of loops, the initial state and functions, and its result in the scene. The library rejects these
  * sections until its engine supports them; the tables that read them are complete. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
@@ -216,36 +216,6 @@ KT_TEST(functions_give_angles_where_the_joint_turns) {
             kt_check_equal_bits("numbers", f->numbers, row->function.numbers, (size_t)f->number_count);
         kt_check_equal_int("interpolation", f->interpolation, row->function.interpolation);
     }
-}
-
-KT_TEST(effects_take_their_keys) {
-    static const char text[] =
-        HEAD "effects:\n"
-             "  - {type: spring, between: [crank.tip, {body: world, at: [0, 1, 0]}], stiffness: 100}\n"
-             "  - {name: s, type: spring, between: [crank, slide], length: 0, damping: 2}\n"
-             "  - {type: joint_damper, joint: slide, damping: 0.5}\n"
-             "  - {type: motor, joint: crank, torque: 3}\n"
-             "  - {type: motor, joint: slide, force: {polynomial: [1, 2]}}\n";
-    kt_scene *scene = kt_test_scene(text);
-    const kt_effect *e = scene->description.effects;
-    kt_check_equal_int("effects", scene->description.effect_count, 5);
-    kt_check_equal_int("type", e[0].type, KT_EFFECT_SPRING);
-    kt_check_true("no name", e[0].name == NULL);
-    kt_check_text("first end", e[0].between[0].marker, "tip");
-    CHECK_VECTOR("second end", e[0].between[1].at, 0, 1, 0);
-    CHECK_NUMBERS("stiffness", &e[0].stiffness, 100);
-    kt_check_true("the initial length", e[0].initial_length);
-    kt_check_text("name", e[1].name, "s");
-    kt_check_true("a length of its own", !e[1].initial_length);
-    CHECK_NUMBERS("length", &e[1].length, 0);
-    CHECK_NUMBERS("damping", &e[1].damping, 2);
-    kt_check_equal_int("type", e[2].type, KT_EFFECT_JOINT_DAMPER);
-    kt_check_text("joint", e[2].joint, "slide");
-    CHECK_NUMBERS("damping", &e[2].damping, 0.5);
-    kt_check_true("no length", !e[2].initial_length);
-    kt_check_equal_int("type", e[3].type, KT_EFFECT_MOTOR);
-    CHECK_NUMBERS("torque", &e[3].torque.value, 3);
-    kt_check_equal_int("force", e[4].torque.type, KT_FUNCTION_POLYNOMIAL);
 }
 
 KT_TEST(unknown_key_is_offered_those_there_are) {

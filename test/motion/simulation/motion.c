@@ -1,47 +1,9 @@
 /* Whole runs against closed forms and constants of the motion. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "scenes.h"
-#include "swing.h"
 
 #include <float.h>
 #include <math.h>
-
-typedef struct kt_swing {
-    double start;
-    kt_worst angle;
-    double bound;
-} kt_swing;
-
-static int check_swing(const kt_record *record, void *user) {
-    kt_swing *swing = user;
-    kt_worst_near(&swing->angle, record->q[0], swing_angle(swing->start, sqrt(9.81), record->t), swing->bound, "t = %g",
-                  record->t);
-    return 0;
-}
-
-/* From 90 degrees, 10 s. Bounds are five times the measured errors. They show that the tolerance is kept within the
- * growth of errors over some five swings, at the ends of steps and between them. */
-static void swing(const char *integrator, double tolerance, double bound) {
-    kt_lone lone;
-    kt_swing s = {0.5 * 3.14159265358979323846, kt_worst_make(integrator), bound};
-    kt_pendulum_make(&lone, s.start, 0.0);
-    kt_model *model = kt_scene_compile(&lone.description);
-    kt_run run = kt_run_default();
-    run.integrator = integrator;
-    run.relative = run.absolute = tolerance;
-    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
-    kt_test_run(simulation, check_swing, &s);
-    kt_check_worst(&s.angle);
-}
-
-KT_TEST(pendulum_follows_elliptic_functions_at_every_record) {
-    swing("dopri5", 1e-6, 3.5e-4);
-    swing("dopri5", 1e-9, 4e-7);
-    swing("tsit5", 1e-9, 3.2e-8);
-    swing("dop853", 1e-9, 1.9e-8);
-    swing("dop853", 1e-12, 2.3e-11);
-    swing("bs32", 1e-6, 1.1e-3);
-}
 
 /* ---- a body that tumbles ----------------------------------------------------------------------------------------- */
 
