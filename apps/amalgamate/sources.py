@@ -37,7 +37,7 @@ class Room:
         path = lib / place / 'meson.build'
         if re.search(r'^\s*if\b', path.read_text(), re.M):
             raise SystemExit(f'lib/{place}/meson.build: a condition is not read; name all sources')
-        self.read(re.sub(r'#.*', '', path.read_text()))
+        self.read(re.sub(r' *#.*', '', path.read_text()))
 
     def read(self, text):
         pattern = r'^\s*(\w+) (\+?=) ((?:files\([^)]*\)|\w+)(?: \+ (?:files\([^)]*\)|\w+))*)$'
@@ -66,14 +66,14 @@ def core(lib):
     return plain, [f for part in parts for f in part.dual]
 
 
-# The folders of the scene reader, which reads flow style in an FMU, and the files of apps/fmu/meson.build.
-READER_ROOMS = ('files/mesh', 'files/document', 'files/scene')
+# The scene reader, which reads flow style in an FMU: its rooms, and the list of each.
+READER_LISTS = {'files/document': 'kt_scene_sources', 'files/scene': 'kt_flow_sources'}
 
 
 def fmu(root):
     """The files of an FMU besides the core: the scene reader, the columns of records, and the functions of FMI."""
     lib = Path(root) / 'lib'
-    reader = [f for place in READER_ROOMS for f in Room(lib, place).lists['kt_scene_sources']]
+    reader = [f for place, name in READER_LISTS.items() for f in Room(lib, place).lists[name]]
     reader = [path for path in reader if '..' not in path] + ['document/flow.c']
     text = (Path(root) / 'apps/fmu/meson.build').read_text()
     names = re.search(r"shared_module\('kinetree-fmu', (.*?)\n  name_prefix", text, re.S).group(1)

@@ -6,7 +6,8 @@ compile.py module CLANG ROOT CORE.o OUTPUT.wasm.gz DEPENDENCIES SOURCE.c...
     the functions of the page, linked with it: the functions that apps/browser/engine.js calls, and what they need.
     DEPENDENCIES is a rule for ninja.
 
-Sizes decide over speed: a page is loaded more often than a long run is made. Sums and products are rounded one by one, as on
+Sizes decide over speed: a page is loaded more often than a long run is made. zopfli, where the machine has it, compresses by 5 % better
+than Python's gzip. Sums and products are rounded one by one, as on
 other processors. Instructions for vectors (-msimd128) are left out: the SLP vectoriser and the vector combiner of clang 14 then exchange
 lanes of a sum in kt_planar_pass_revolute. Inertias of planar trees are wrong, and test/browser/engine.py fails for
 apps/scenes/chain.yaml. The source has no part in it: -fno-slp-vectorize cures the sum, and so does -mllvm
@@ -16,6 +17,7 @@ apps/scenes/chain.yaml. The source has no part in it: -fno-slp-vectorize cures t
 import gzip
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -41,6 +43,13 @@ def calls_of_page(sources):
     return re.findall(r"^KT_PAGE\([^(]*?(\w+)\(", page.read_text(), re.M)
 
 
+def compress(module):
+    zopfli = shutil.which("zopfli")
+    if zopfli is None:
+        return gzip.compress(module.read_bytes(), 9, mtime=0)
+    return subprocess.run([zopfli, "--i5", "-c", str(module)], capture_output=True, check=True).stdout
+
+
 def compile_module(clang, root, core, output, dependencies, *sources):
     root = pathlib.Path(root)
     include = [f"-I{root / path}" for path in ("apps/browser", "apps/fmu", "apps/kinetree", "include", *(f"lib/{s}" for s in STOREYS))]
@@ -54,7 +63,7 @@ def compile_module(clang, root, core, output, dependencies, *sources):
         module = pathlib.Path(folder, "kinetree.wasm")
         run(clang, *FLAGS[:2], "-mexec-model=reactor", *objects, core, "-lm", "-Wl,--gc-sections", "-Wl,--strip-all", "-Wl,--wrap=fopen", "-Wl,--stack-first",
             f"-Wl,-z,stack-size={STACK}", *(f"-Wl,--export={name}" for name in (*CALLS, *calls_of_page(sources))), "-o", module)
-        pathlib.Path(output).write_bytes(gzip.compress(module.read_bytes(), 9, mtime=0))
+        pathlib.Path(output).write_bytes(compress(module))
     pathlib.Path(dependencies).write_text(f"{output}: {' '.join(sorted(read))}\n")
 
 

@@ -9,6 +9,8 @@
 #include "advice/warnings.h"
 #include "open/load.h"
 
+#include "picture/load.h"
+
 #include "kinetree/formulation.h"
 
 #include <stdarg.h>
@@ -32,6 +34,13 @@ char *realpath(const char *restrict path, char *restrict resolved);
 char *realpath(const char *restrict path, char *restrict resolved) {
     (void)path, (void)resolved;
     return NULL;
+}
+
+/* Meshes are in files of their own, so that a page shows bodies without their meshes. */
+/* NOLINTNEXTLINE(readability-non-const-parameter): the declaration of the reader of meshes */
+kt_status kt_mesh_load(const kt_scene_mesh *from, int most, kt_mesh *surface, kt_solid *solid, kt_error *error) {
+    (void)most, (void)surface, (void)solid;
+    return kt_error_set(error, KT_ERROR_UNSUPPORTED, from->file, "a page cannot read files");
 }
 
 void kt_host_print(kt_host_rank rank, const char *text) { kt_host_message((int)rank, text, strlen(text)); }
