@@ -451,7 +451,8 @@ KT_TEST(each_parameter_changes_the_functions_as_it_changes_the_mechanism) {
     for (int n = 0; n < count_mechanisms(KT_SHORT(1, 4)); n++) {
         kt_tree tree;
         kt_tree_plan plan = draw_plan(&random, n);
-        plan.bodies = 9; /* each type of joint once */
+        plan.bodies = 9; /* each type of joint once; a base that floats would take the place of another type */
+        plan.floats = false;
         plan.with_armature = 1.0;
         kt_effect effect[EFFECTS];
         char name[EFFECTS][16];
