@@ -34,7 +34,7 @@ CODE = [
     ("descend", "forward or backward pass, iterate", ()),
     ("weigh", "apply_mass, set_inertia, weight", ()),
     ("weighs", "weight", ()),
-    ("push", "propagate, wrench", ("lib/files/robot/mjcf_force.c",)),
+    ("push", "propagate, wrench", ("lib/files/robot/mjcf_force.c", "apps/kinetree/draw/depth.c")),  # a function of cairo
     ("pushed", "wrench", ()),
     ("geared", "has_armature", ("lib/files/robot/urdf",)),
     ("level", "isa", ("lib/motion/integrator/order.c", "lib/files/document/emit", "lib/output/picture/camera.c", "apps/kinetree/text/tree.c")),

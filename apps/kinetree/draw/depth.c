@@ -282,13 +282,29 @@ static void note_order(uint64_t *order, int number) {
         *order = (*order ^ (rest & 255U)) * UINT64_C(1099511628211);
 }
 
+static const double clear_opacity = 0.3;
+
+static bool is_clear(const kt_sheet *sheet, const thing *what) {
+    return what->type == THING_BODY && sheet->drawing->clear != NULL && sheet->drawing->clear[what->number];
+}
+
+static void end_clear(cairo_t *c) {
+    cairo_pop_group_to_source(c);
+    cairo_paint_with_alpha(c, clear_opacity);
+}
+
 static void paint_thing(const kt_sheet *sheet, const kt_piece *piece, const thing *what) {
     if (sheet->order != NULL)
         note_order(sheet->order, piece->thing);
+    const bool clear = is_clear(sheet, what);
+    if (clear)
+        cairo_push_group(sheet->c);
     if (what->type == THING_SPRING)
         paint_spring(sheet, piece, what->number);
     else
         kt_paint_piece(sheet, piece, thing_colour_of(sheet, what));
+    if (clear)
+        end_clear(sheet->c);
 }
 
 static bool bodies_are_alike(const kt_picture *p, int i, int k) {
@@ -340,16 +356,22 @@ static void find_limits(const kt_sheet *sheet, const things *t, kt_spot *low, kt
 
 /* ---- paths before and behind things ------------------------------------------------------------------------------ */
 
-/* The nearest of the things that hide paths; springs do not. */
+typedef struct covering_things {
+    const kt_sheet *sheet;
+    const things *things;
+} covering_things;
+
+/* The nearest of the things that hide paths; springs and clear bodies do not. */
 static bool depth_of_things(const void *user, kt_vec3 at, double *depth) {
-    const things *t = user;
+    const covering_things *covering = user;
+    const things *t = covering->things;
     bool found = false;
     for (int i = 0; i < t->count; i++) {
         const kt_solid *solid = &t->items[i].solid;
         const double room = kt_vec3_norm(solid->half) + solid->half.x;
         double enter, leave;
-        if (t->items[i].type == THING_SPRING || fabs(at.x - solid->pose.position.x) > room ||
-            fabs(at.y - solid->pose.position.y) > room)
+        if (t->items[i].type == THING_SPRING || is_clear(covering->sheet, &t->items[i]) ||
+            fabs(at.x - solid->pose.position.x) > room || fabs(at.y - solid->pose.position.y) > room)
             continue;
         const kt_pose inverse = kt_pose_invert(solid->pose);
         const kt_vec3 from = kt_pose_apply(inverse, kt_vec3_make(at.x, at.y, 0.0));
@@ -373,31 +395,52 @@ static bool depth_of_pixels(const void *user, kt_vec3 at, double *depth) {
 
 /* ---- painting ---------------------------------------------------------------------------------------------------- */
 
-/* All things but springs as pixels, which also cover paths. The solids of a rigid part have one line around them.
- * NULL: memory is insufficient. */
-static kt_raster *make_pixels(const kt_sheet *sheet, const things *t) {
+/* All things but springs as pixels: without clear bodies, or with them, whose numbers then begin at *first_clear. The
+ * solids of a rigid part have one line around them. NULL: memory is insufficient. */
+static kt_raster *make_pixels(const kt_sheet *sheet, const things *t, int *first_clear) {
     const kt_picture *p = sheet->drawing->picture;
     kt_spot low, high;
     find_limits(sheet, t, &low, &high);
     kt_raster *raster = kt_raster_create(sheet, low, high);
     bool fine = raster != NULL;
+    const int clear_from = p->body_count + t->count;
     for (int i = 0; i < t->count && fine; i++) {
         const thing *what = &t->items[i];
-        const int number = what->type == THING_BODY ? p->part[what->number] : p->body_count + i;
-        if (what->type != THING_SPRING)
+        const bool clear = is_clear(sheet, what);
+        const int number = (what->type == THING_BODY ? p->part[what->number] : p->body_count + i) + clear * clear_from;
+        if (what->type != THING_SPRING && (!clear || first_clear != NULL))
             fine = kt_raster_paint(raster, &what->solid, number, thing_colour_of(sheet, what));
     }
-    if (fine) {
-        kt_traces_cover(sheet, depth_of_pixels, &(pixels){sheet, raster});
+    if (first_clear != NULL)
+        *first_clear = clear_from;
+    if (fine)
         return raster;
-    }
     kt_raster_free(raster);
     return NULL;
 }
 
+/* Shows the clear bodies where they are nearest. */
+static bool show_clear_pixels(const kt_sheet *sheet, const things *t) {
+    int first;
+    kt_raster *raster = make_pixels(sheet, t, &first);
+    if (raster == NULL)
+        return false;
+    kt_raster_keep(raster, first);
+    cairo_push_group(sheet->c);
+    const bool fine = kt_raster_show(raster);
+    end_clear(sheet->c);
+    kt_raster_free(raster);
+    return fine;
+}
+
+/* The pixels also cover paths. */
 static bool paint_pixels(const kt_sheet *sheet, const things *t, bool is_shown) {
-    kt_raster *raster = make_pixels(sheet, t);
-    const bool fine = raster != NULL && (!is_shown || kt_raster_show(raster));
+    kt_raster *raster = make_pixels(sheet, t, NULL);
+    if (raster != NULL)
+        kt_traces_cover(sheet, depth_of_pixels, &(pixels){sheet, raster});
+    const bool fine =
+        raster != NULL &&
+        (!is_shown || (kt_raster_show(raster) && (sheet->drawing->clear == NULL || show_clear_pixels(sheet, t))));
     kt_raster_free(raster);
     for (int i = 0; i < t->pieces.count && fine && is_shown; i++)
         if (t->items[t->pieces.items[i].thing].type == THING_SPRING)
@@ -412,7 +455,7 @@ static bool paint_pieces(const kt_sheet *sheet, things *t, bool joins_bars, bool
     for (int i = 0; i < t->pieces.count && is_shown; i++)
         if (!joins_bars || t->pieces.items[i].solid.type != KT_SOLID_ROD)
             paint_thing(sheet, &t->pieces.items[i], &t->items[t->pieces.items[i].thing]);
-    kt_traces_cover(sheet, depth_of_things, t);
+    kt_traces_cover(sheet, depth_of_things, &(covering_things){sheet, t});
     return true;
 }
 

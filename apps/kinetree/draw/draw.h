@@ -33,6 +33,7 @@ typedef struct kt_drawing {
     bool is_plain;               /* in flat colours, earlier states without symbols and edges */
     const kt_drawn_path *paths;
     int path_count;
+    const bool *clear; /* of each body: it is painted so that the parts behind and in it are seen; NULL: none */
     bool shows_axes, shows_names;
     int *nameless;   /* kt_drawing_write counts the names that have no room; NULL: it does not */
     bool shows_gaps; /* loops that are open have a red line from end to end */

@@ -92,6 +92,9 @@ void kt_raster_free(kt_raster *raster);
 bool kt_raster_paint(kt_raster *raster, const kt_solid *solid, int thing, kt_colour colour);
 bool kt_raster_show(const kt_raster *raster);
 
+/* Removes the things whose numbers are below `first`. What they hide stays hidden. */
+void kt_raster_keep(kt_raster *raster, int first);
+
 /* The depth of the nearest solid at a spot. Returns false if there is none. */
 bool kt_raster_depth(const kt_raster *raster, kt_spot at, double *depth);
 

@@ -155,6 +155,12 @@ static uint32_t pixel_at(const kt_raster *r, int column, int row) {
            (uint32_t)lround(share * green) << 8 | (uint32_t)lround(share * blue);
 }
 
+void kt_raster_keep(kt_raster *r, int first) {
+    for (size_t i = 0; i < (size_t)r->width * (size_t)r->height; i++)
+        if (r->samples[i].thing < first)
+            r->samples[i] = (sample){.depth = -FLT_MAX, .thing = -1};
+}
+
 bool kt_raster_depth(const kt_raster *r, kt_spot at, double *depth) {
     const double x = FINE * (at.x - r->left), y = FINE * (at.y - r->top);
     if (!(x >= 0.0 && x < r->width && y >= 0.0 && y < r->height))

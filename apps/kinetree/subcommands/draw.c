@@ -29,7 +29,7 @@ enum {
 
 typedef struct kt_draw_arguments {
     kt_settings settings;
-    const char *out, *view, *at, *trace, *records;
+    const char *out, *view, *at, *trace, *records, *clear;
     long strobe;  /* -1: not given */
     double until; /* s; 0: the duration of the scene */
     double speed; /* of an animation, times real time; 0: 1 */
@@ -55,6 +55,7 @@ static const kt_option options[] = {
     KT_OPTION(POSITIVE, "until", until, "T",
               "end --strobe, --trace and --animate at this time, s; default: the duration of the scene"),
     KT_OPTION(NAMES, "trace", trace, "B.M,...", "draw the paths of these markers, over the same time"),
+    KT_OPTION(NAMES, "see-through", clear, "BODY,...", "draw these bodies see-through, such as a housing"),
     KT_FLAG("axes", axes, "draw the axes of joints"),
     KT_FLAG("names", names, "print the names of bodies, loops and markers"),
     KT_FLAG("boxes", boxes, "draw boxes with mass and inertia of the bodies instead of shapes and meshes"),
@@ -115,6 +116,7 @@ typedef struct motion {
     kt_drawn_path *paths;
     kt_vec3 *points; /* PATH_POINTS + 1 of each path */
     int point_count;
+    bool *clear; /* bodies of --see-through; NULL: none */
     char *name;
 } motion;
 
@@ -399,6 +401,7 @@ static int write_picture(motion *m, const kt_draw_arguments *arguments, bool is_
                           .is_moving = arguments->animate,
                           .paths = m->paths,
                           .path_count = m->point_count > 1 ? m->marker_count : 0,
+                          .clear = m->clear,
                           .shows_axes = arguments->axes,
                           .shows_names = arguments->names,
                           .shows_gaps = is_open,
@@ -477,6 +480,28 @@ static double begin_at_zero(kt_recorded *recorded) {
     return recorded->time[recorded->count - 1];
 }
 
+/* Finds the bodies of --see-through. Returns -1, or an exit code after printing the error. */
+static int choose_clear(motion *m, const kt_draw_arguments *arguments, const char *path) {
+    const char *rest = arguments->clear;
+    char name[160];
+    if (rest == NULL)
+        return -1;
+    if (arguments->animate && !makes_pictures(arguments, path))
+        return kt_misuse("draw: an SVG that moves has no see-through bodies; give --out FILE.png, which writes frames");
+    m->clear = calloc((size_t)kt_model_body_count(m->model), sizeof *m->clear);
+    if (m->clear == NULL)
+        return kt_say_no_memory("the picture");
+    while (kt_list_next(&rest, name, sizeof name)) {
+        const int body = kt_body_find(m->model, name);
+        if (body == 0)
+            return kt_misuse("draw: --see-through: the world has no solids; name a body");
+        if (body < 0)
+            return kt_say_no_body("draw: --see-through", m->model, name);
+        m->clear[body] = true;
+    }
+    return -1;
+}
+
 static int draw_scene(motion *m, const kt_draw_arguments *arguments, const char *path) {
     kt_error error = {0};
     kt_run run = m->scene.run;
@@ -486,6 +511,7 @@ static int draw_scene(motion *m, const kt_draw_arguments *arguments, const char 
     const double last = m->recorded.count > 0 ? begin_at_zero(&m->recorded) : run.duration;
     const double until = arguments->until > 0.0 ? arguments->until : last;
     code = choose_times(arguments, path, m, until);
+    code = code < 0 ? choose_clear(m, arguments, path) : code;
     if (code < 0)
         code = kt_run_override_markers("draw: --trace", arguments->trace, m->model, &run, &m->markers);
     if (code >= 0)
@@ -520,6 +546,7 @@ static void release_motion(motion *m) {
     free(m->markers);
     free(m->paths);
     free(m->points);
+    free(m->clear);
     free(m->name);
 }
 

@@ -77,6 +77,9 @@ int kt_run_override(const kt_run_arguments *arguments, kt_scene *scene);
 int kt_run_override_markers(const char *option, const char *list, const kt_model *model, kt_run *run,
                             kt_marker_pair **run_markers);
 
+/* Prints that an option names a body that does not exist, with the nearest name. Returns an exit code. */
+int kt_say_no_body(const char *option, const kt_model *model, const char *name);
+
 /* ---- records as lines -------------------------------------------------------------------------------------------- */
 
 /* Records as CSV. */

@@ -279,7 +279,7 @@ static int override_record(const kt_run_arguments *arguments, unsigned *record) 
     return -1;
 }
 
-static int say_no_body(const char *option, const kt_model *model, const char *name) {
+int kt_say_no_body(const char *option, const kt_model *model, const char *name) {
     kt_nearest nearest = kt_nearest_make(name, NULL);
     for (int body = 0; body < kt_model_body_count(model); body++)
         (void)kt_nearest_try(&nearest, kt_body_name(model, body));
@@ -314,7 +314,7 @@ static int read_marker_word(const char *option, const kt_model *model, char *wor
     *dot = '\0';
     int body = kt_body_find(model, word);
     if (body < 0)
-        return say_no_body(option, model, word);
+        return kt_say_no_body(option, model, word);
     int marker = kt_marker_find(model, body, dot + 1);
     if (marker < 0)
         return say_no_marker(option, model, body, dot + 1);
