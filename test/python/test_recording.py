@@ -1,5 +1,8 @@
 """A simulation that Python drives records into a Run, with the columns of the command."""
 # SPDX-License-Identifier: Apache-2.0
+import shutil
+import subprocess
+
 import numpy as np
 import pytest
 
@@ -119,6 +122,41 @@ def test_a_recording_is_seen_and_animated(held, tmp_path):
         assert film.size[0] == 900
     with pytest.raises(kt.ArgumentError, match="expected .svg, .gif, .mp4 or .webm"):
         recording.animate(out=tmp_path / "ball.avi")
+
+
+@pytest.mark.skipif(shutil.which("ffmpeg") is None or shutil.which("ffprobe") is None, reason="ffmpeg is not on this machine")
+def test_a_recording_becomes_a_video(held, tmp_path):
+    frames = pytest.importorskip("PIL.Image", reason="Pillow is not on this machine")
+    simulation = kt.Scene(BALL).simulation(step=1e-2)
+    recording = simulation.record()
+    for _ in simulation:
+        pass
+    for name in ("ball.mp4", "ball.webm"):
+        file = tmp_path / name
+        assert recording.animate(out=str(file), speed=0.5) == ""
+        probed = subprocess.run(["ffprobe", "-v", "error", "-count_frames", "-select_streams", "v", "-show_entries", "stream=width,height,nb_read_frames:format=duration",
+                                 "-of", "default=noprint_wrappers=1", file], check=True, capture_output=True, text=True).stdout
+        found = dict(line.split("=") for line in probed.split())
+        held(abs(int(found["nb_read_frames"]) - (25 * 0.9 / 0.5 + 1)), 0.0, f"frames of {name}")
+        held(abs(float(found["duration"]) - 46 / 25), 1e-3, f"duration of {name}, s")
+        assert int(found["width"]) % 2 == 0 and int(found["height"]) % 2 == 0
+    subprocess.run(["ffmpeg", "-loglevel", "error", "-i", tmp_path / "ball.mp4", "-vf", "select=eq(n\\,0)+eq(n\\,23)", "-vsync", "0", tmp_path / "at-%d.png"], check=True)
+    one, other = (np.asarray(frames.open(tmp_path / f"at-{k}.png").convert("RGB"), float) for k in (1, 2))
+    held(0.01 / np.mean(np.abs(one - other)), 1.0, "changes between two frames, inverse")
+    with pytest.raises(FileNotFoundError, match="missing: No such file"):
+        recording.animate(out=tmp_path / "missing" / "ball.mp4")
+    (tmp_path / "folder.mp4").mkdir()
+    with pytest.raises(kt.FileError, match="ffmpeg could not write it"):
+        recording.animate(out=tmp_path / "folder.mp4")
+
+
+def test_a_video_needs_ffmpeg(tmp_path, monkeypatch):
+    simulation = kt.Scene(BALL).simulation(step=1e-2)
+    recording = simulation.record()
+    simulation.tick(1e-2)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(kt.Error, match="needs the program ffmpeg, which is not installed"):
+        recording.animate(out=tmp_path / "ball.mp4")
 
 
 def _empty(simulation):
