@@ -25,9 +25,8 @@
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
-#include "integrator/lane_parts.h"
+#include "integrator/stage_sums.h"
 
-#include <assert.h>
 #include <float.h>
 #include <math.h>
 
@@ -63,69 +62,7 @@ void kt_explicit_init(kt_integrator *it) {
     }
 }
 
-/* ---- stages ------------------------------------------------------------------------------------------------------ */
-
-/* Components per tile: a loop that compilers unroll into vector instructions. */
-enum { TILE = 8 };
-
-/* sum_j weight_j k_j for one tile. */
-static inline void sum_tile(double sum[TILE], const kt_stage_term *terms, size_t count, double *const *k, size_t at) {
-    for (int l = 0; l < TILE; l++)
-        sum[l] = 0.0;
-    for (size_t j = 0; j < count; j++) {
-        const double weight = terms[j].weight;
-        const double *kj = k[terms[j].slot] + at;
-        for (int l = 0; l < TILE; l++)
-            sum[l] += weight * kj[l];
-    }
-}
-
-static inline double sum_one(const kt_stage_term *terms, size_t count, double *const *k, size_t at) {
-    double sum = 0.0;
-    for (size_t j = 0; j < count; j++)
-        sum += terms[j].weight * k[terms[j].slot][at];
-    return sum;
-}
-
-void kt_combine(double *restrict out, const double *restrict y, double h, const kt_stage_term *terms, size_t count,
-                double *const *k, size_t n) {
-    size_t i = 0;
-    for (; i + TILE <= n; i += TILE) {
-        double sum[TILE];
-        sum_tile(sum, terms, count, k, i);
-        for (int l = 0; l < TILE; l++)
-            out[i + (size_t)l] = y[i + (size_t)l] + h * sum[l];
-    }
-    for (; i < n; i++)
-        out[i] = y[i] + h * sum_one(terms, count, k, i);
-}
-
-void kt_combine_rows(double *out, const double *y, double h, const double *weights, size_t count, double *k, size_t n) {
-    assert(count <= KT_METHOD_STAGES_MAX);
-    kt_stage_term terms[KT_METHOD_STAGES_MAX];
-    double *rows[KT_METHOD_STAGES_MAX];
-    for (size_t j = 0; j < count; j++)
-        rows[j] = k + j * n;
-    kt_combine(out, y, h, terms, kt_stage_terms(weights, count, terms), rows, n);
-}
-
-kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *in, size_t first, size_t last, kt_try *result) {
-    assert(last <= (size_t)it->table->stages);
-    assert(isfinite(in->h) && in->h != 0.0 && in->y != it->trial);
-    const kt_method *m = it->table;
-    for (size_t i = first; i < last; i++) {
-        const double t = m->c[i] == 1.0 ? in->end : in->t + m->c[i] * in->h;
-        const double *y = in->y;
-        if (i > 0) {
-            kt_combine(it->trial, in->y, in->h, it->terms + it->row[i], it->row[i + 1] - it->row[i], it->k,
-                       it->sizes.n);
-            y = it->trial;
-        }
-        if (kt_evaluate(it, t, y, i, result) != KT_TRY_PASSED)
-            return result->result;
-    }
-    return KT_TRY_PASSED;
-}
+/* ---- a step ------------------------------------------------------------------------------------------------------ */
 
 kt_try_result kt_explicit_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const size_t s = (size_t)it->table->stages;

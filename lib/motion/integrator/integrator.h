@@ -14,7 +14,7 @@
  *     region.c       regions of stability
  *     verdict.c      A- and L-stability
  *
- *     explicit.c     the family of explicit Runge-Kutta methods
+ *     explicit.c     the family of explicit Runge-Kutta methods (stages.c, dense_output.c)
  *     stabilised.c   the family of Runge-Kutta-Chebyshev methods
  *     radius.c       the spectral radius, which determines the number of stages of these
  *
@@ -419,7 +419,7 @@ void kt_explicit_init(kt_integrator *it);
 /* All stages of the table, and y1 in `trial` (explicit.c). */
 kt_try_result kt_explicit_step(kt_integrator *it, const kt_interval *interval, kt_try *result);
 
-/* Evaluates the stages first .. last - 1 of the table on an interval, into their slots (explicit.c). */
+/* Evaluates the stages first .. last - 1 of the table on an interval, into their slots (stages.c). */
 kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *interval, size_t first, size_t last,
                                  kt_try *result);
 
@@ -435,7 +435,7 @@ static inline size_t kt_stage_terms(const double *weights, size_t count, kt_stag
 /* The time of a stage at the part c of a step. */
 static inline double kt_stage_time(double c, double t, double h) { return c == 1.0 ? t + h : t + c * h; }
 
-/* out = y + h sum_j weight_j k_j over one row, n values, summed in the order of the row (explicit.c). */
+/* out = y + h sum_j weight_j k_j over one row, n values, summed in the order of the row (stages.c). */
 void kt_combine(double *out, const double *y, double h, const kt_stage_term *terms, size_t count, double *const *k,
                 size_t n);
 

@@ -1,0 +1,50 @@
+/* The stages of methods with an explicit table,
+ *     k_i = f(t + c_i h, y0 + h sum_{j<i} a_ij k_j),
+ * and sums of slopes. All sums run over the terms of a row in the order of the table, component by component, and
+ * depend on nothing else. Therefore a value has the same bits for every n and for every tile. */
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "integrator/integrator.h"
+#include "integrator/stage_sums.h"
+
+#include <assert.h>
+#include <math.h>
+
+void kt_combine(double *restrict out, const double *restrict y, double h, const kt_stage_term *terms, size_t count,
+                double *const *k, size_t n) {
+    size_t i = 0;
+    for (; i + TILE <= n; i += TILE) {
+        double sum[TILE];
+        sum_tile(sum, terms, count, k, i);
+        for (int l = 0; l < TILE; l++)
+            out[i + (size_t)l] = y[i + (size_t)l] + h * sum[l];
+    }
+    for (; i < n; i++)
+        out[i] = y[i] + h * sum_one(terms, count, k, i);
+}
+
+void kt_combine_rows(double *out, const double *y, double h, const double *weights, size_t count, double *k, size_t n) {
+    assert(count <= KT_METHOD_STAGES_MAX);
+    kt_stage_term terms[KT_METHOD_STAGES_MAX];
+    double *rows[KT_METHOD_STAGES_MAX];
+    for (size_t j = 0; j < count; j++)
+        rows[j] = k + j * n;
+    kt_combine(out, y, h, terms, kt_stage_terms(weights, count, terms), rows, n);
+}
+
+kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *in, size_t first, size_t last, kt_try *result) {
+    assert(last <= (size_t)it->table->stages);
+    assert(isfinite(in->h) && in->h != 0.0 && in->y != it->trial);
+    const kt_method *m = it->table;
+    for (size_t i = first; i < last; i++) {
+        const double t = m->c[i] == 1.0 ? in->end : in->t + m->c[i] * in->h;
+        const double *y = in->y;
+        if (i > 0) {
+            kt_combine(it->trial, in->y, in->h, it->terms + it->row[i], it->row[i + 1] - it->row[i], it->k,
+                       it->sizes.n);
+            y = it->trial;
+        }
+        if (kt_evaluate(it, t, y, i, result) != KT_TRY_PASSED)
+            return result->result;
+    }
+    return KT_TRY_PASSED;
+}
