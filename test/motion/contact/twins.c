@@ -1,13 +1,17 @@
-/* Twins of random scenes on hard contacts: the same scene in other units, with all masses times a factor, rotated, at a
- * late time, or with its bodies and contacts in another order.
+/* Twins of random scenes on hard contacts: the same scene in other units, with all masses times a factor, turned, at a
+ * late time, or with its bodies and contacts in another order. Scenes have up to five bodies and eight contacts.
+ * There are boxes on a floor and on each other, arms, and balls in wedges, with bounces, dry joints and stops.
  *
  * All factors are powers of two, whose products have no rounding. With all masses times such a factor, a twin has the
- * same bits, unless a threshold has an absolute scale. Other twins differ by rounding. So they are drawn without
- * bounces, and with unique forces: at most three feet. */
+ * same bits, unless a threshold has an absolute scale. Other twins differ by rounding, which impacts, and feet that
+ * share a load, may magnify without bound. So the bound of each scene is measured: its motion is repeated from starts
+ * that differ by some roundings, of velocities or of the late time. A twin may differ by LIKELY times as much. If such
+ * starts move apart by more than `decided`, rounding decides the motion, and the scene proves nothing. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,8 +21,12 @@
 #include "motion/simulation/scenes.h"
 #include "random.h"
 
-enum { BODIES = 5, EFFECTS = 24, NAMES = BODIES + EFFECTS, SAMPLES = 8, NQ = 7 * BODIES, NV = 6 * BODIES };
-static const double g = 9.81, step = 1e-3, length_of_run = 0.4;
+enum { BODIES = 5, EFFECTS = 24, NAMES = BODIES + EFFECTS, SAMPLES = 4, NQ = 7 * BODIES, NV = 6 * BODIES };
+static const double g = 9.81, step = 1e-3, length_of_run = 0.2;
+
+/* The factor by which a twin may exceed the effect of some roundings, and the largest effect that is compared. */
+enum { LIKELY = 100 };
+static const double decided = 1e-4, tolerance = 1e-10;
 
 typedef struct scene {
     kt_body body[BODIES];
@@ -34,9 +42,10 @@ typedef struct twin {
     double mass, length, time; /* factors of the units */
     double start;              /* s, of the original */
     bool turned, reordered;
+    double shift; /* of the velocities, as a part of these */
 } twin;
 
-static const twin original = {"original", 1.0, 1.0, 1.0, 0.0, false, false};
+static const twin original = {"original", 1.0, 1.0, 1.0, 0.0, false, false, 0.0};
 
 /* ---- scenes ------------------------------------------------------------------------------------------------------ */
 
@@ -78,14 +87,18 @@ static void add_dry(scene *s, const kt_body *body, kt_random *random) {
     dry->stick = true;
 }
 
-/* A box on feet. */
-static void add_box(scene *s, double height, int feet, kt_random *random) {
+/* A box on feet, on the floor or on an earlier box (`below`), with which it moves at first. */
+static void add_box(scene *s, kt_body *below, double drop, int feet, kt_random *random) {
     kt_body *box = add_body(s, KT_JOINT_FREE, NULL, random);
-    box->joint.position[2] = height;
+    const double x = 3.0 * s->bodies;
+    box->joint.position[0] = below != NULL ? below->joint.position[0] : x;
+    box->joint.position[2] = drop + 0.1 + (below != NULL ? below->joint.position[2] + 0.1 : 0.0);
     box->joint.position[3] = 1.0;
     for (int k = 0; k < 3; k++)
         box->joint.velocity[k] = k == 2 ? 0.0 : kt_random_uniform(random, -0.6, 0.6);
     box->joint.velocity[5] = kt_random_uniform(random, -1.0, 1.0);
+    if (below != NULL)
+        memcpy(box->joint.velocity, below->joint.velocity, sizeof box->joint.velocity);
     const bool same = kt_random_int(random, 0, 1) == 0;
     const double mu = kt_random_uniform(random, 0.0, 0.8);
     for (int k = 0; k < feet; k++) {
@@ -93,18 +106,22 @@ static void add_box(scene *s, double height, int feet, kt_random *random) {
         kt_effect *foot = add_contact(s, box, kt_vec3_make(0.2 * cos(angle), 0.25 * sin(angle), -0.1),
                                       same ? mu : kt_random_uniform(random, 0.0, 0.8));
         foot->restitution = same && kt_random_int(random, 0, 2) == 0 ? 0.3 : 0.0;
+        if (below != NULL) {
+            foot->between[1].body = below->name;
+            foot->between[1].at = kt_vec3_make(0.0, 0.0, 0.1);
+        }
     }
 }
 
 /* An arm of links, each with dry friction or a stop in its joint, whose last link leans on the floor. */
 static void add_arm(scene *s, kt_random *random) {
-    const int links = kt_random_int(random, 1, 3);
+    const int room = BODIES - s->bodies, links = kt_random_int(random, 1, room < 3 ? room : 3);
     const char *parent = NULL;
     double angle = 0.0, height = kt_random_uniform(random, 0.0, 0.05);
     for (int i = 0; i < links; i++) {
         kt_body *link = add_body(s, KT_JOINT_REVOLUTE, parent, random);
         link->com = kt_vec3_make(0.15, 0.0, 0.0);
-        link->joint.at = kt_vec3_make(parent == NULL ? 0.0 : 0.3, 0.0, 0.0);
+        link->joint.at = kt_vec3_make(parent == NULL ? 3.0 * s->bodies : 0.3, 0.0, 0.0);
         link->joint.position[0] = kt_random_uniform(random, 0.0, 0.3);
         link->joint.velocity[0] = kt_random_uniform(random, -1.0, 1.0);
         if (kt_random_int(random, 0, 1) == 0)
@@ -127,33 +144,45 @@ static void add_arm(scene *s, kt_random *random) {
 /* A ball in a wedge of two planes. */
 static void add_wedge(scene *s, kt_random *random) {
     kt_body *ball = add_body(s, KT_JOINT_FREE, NULL, random);
-    ball->joint.position[0] = kt_random_uniform(random, -0.02, 0.02);
+    const double x = 3.0 * s->bodies;
+    ball->joint.position[0] = x + kt_random_uniform(random, -0.02, 0.02);
     ball->joint.position[2] = 0.2;
     ball->joint.position[3] = 1.0;
     ball->joint.velocity[4] = kt_random_uniform(random, -5.0, 5.0);
     for (int k = 0; k < 2; k++) {
         kt_effect *plane = add_contact(s, ball, kt_vec3_make(0.0, 0.0, 0.0), kt_random_uniform(random, 0.0, 0.8));
+        plane->between[1].at = kt_vec3_make(x, 0.0, 0.0);
         plane->radius = 0.1;
         plane->axis = kt_vec3_make(k == 0 ? 0.6 : -0.5, 0.0, 0.8);
         plane->restitution = kt_random_int(random, 0, 1) == 0 ? 0.0 : 0.3;
     }
 }
 
-/* Draws a scene. plain: its forces are unique, and nothing bounces, so that no rounding decides where it goes. */
+/* Draws a scene of up to five bodies and eight contacts. plain: one part on at most three feet, without bounces. */
 static void draw_scene(scene *s, bool plain, kt_random *random) {
+    int contacts = 0;
     memset(s, 0, sizeof *s);
     s->gravity = kt_vec3_make(kt_random_uniform(random, -3.0, 3.0), kt_random_uniform(random, -3.0, 3.0), -g);
-    const double drop = kt_random_int(random, 0, 1) == 0 ? 0.0 : kt_random_uniform(random, 0.0, 0.02);
-    switch (kt_random_int(random, 0, 2)) {
-    case 0:
-        add_box(s, 0.1 + drop, kt_random_int(random, 1, plain ? 3 : 8), random);
-        break;
-    case 1:
-        add_arm(s, random);
-        break;
-    default:
-        add_wedge(s, random);
-    }
+    do {
+        const double drop = kt_random_int(random, 0, 1) == 0 ? 0.0 : kt_random_uniform(random, 0.0, 0.02);
+        kt_body *last = s->bodies > 0 ? &s->body[s->bodies - 1] : NULL;
+        const int kind = kt_random_int(random, 0, 3), room = 8 - contacts;
+        if (kind == 2)
+            add_arm(s, random);
+        else if (kind == 3 && room > 1)
+            add_wedge(s, random);
+        else
+            add_box(s, last != NULL && last->joint.type == KT_JOINT_FREE && kind == 1 ? last : NULL,
+                    kind == 1 ? 0.0 : drop,
+                    kt_random_int(random, 1,
+                                  plain      ? 3
+                                  : room < 4 ? room
+                                             : 4),
+                    random);
+        contacts = 0;
+        for (int i = 0; i < s->effects; i++)
+            contacts += s->effect[i].type == KT_EFFECT_CONTACT;
+    } while (!plain && s->bodies < BODIES && contacts < 8 && kt_random_int(random, 0, 2) > 0);
     for (int i = 0; plain && i < s->effects; i++)
         s->effect[i].restitution = s->effect[i].stick ? HUGE_VAL : 0.0;
 }
@@ -200,8 +229,10 @@ static void turn_scene(scene *s) {
             s->body[i].joint.at = kt_mat3_apply(R, s->body[i].joint.at);
         }
     for (int i = 0; i < s->effects; i++)
-        if (s->effect[i].type == KT_EFFECT_CONTACT && s->effect[i].between[1].body == NULL)
+        if (s->effect[i].type == KT_EFFECT_CONTACT && s->effect[i].between[1].body == NULL) {
             s->effect[i].between[1].rotation = by;
+            s->effect[i].between[1].at = kt_mat3_apply(R, s->effect[i].between[1].at);
+        }
 }
 
 static void reverse(void *list, int count, size_t size) {
@@ -223,6 +254,9 @@ static void make_twin(const scene *from, const twin *t, scene *to) {
     for (int i = 0; i < to->effects; i++)
         scale_effect(&to->effect[i], t);
     to->gravity = times(t->length / (t->time * t->time), to->gravity);
+    for (int i = 0; i < to->bodies; i++)
+        for (int k = 0; k < KT_JOINT_NV_MAX; k++)
+            to->body[i].joint.velocity[k] *= 1.0 + t->shift;
     if (t->turned)
         turn_scene(to);
     if (t->reordered) {
@@ -249,10 +283,10 @@ static kt_simulation *start(const scene *s, const twin *t, const char *method, b
     run.integrator = method;
     run.duration = 10.0 * t->time + t->start * t->time;
     run.step = fixed ? step * t->time : 0.0;
-    run.relative = 1e-10;
-    run.absolute = 1e-10 * fmin(fmin(1.0, t->length), fmin(t->length, 1.0) / t->time);
+    run.relative = tolerance;
+    run.absolute = tolerance * fmin(fmin(1.0, t->length), fmin(t->length, 1.0) / t->time);
     kt_simulation_options options = kt_simulation_options_default();
-    options.max_steps = 20000;
+    options.max_steps = 5000;
     return kt_test_simulation(*model, &run, &options);
 }
 
@@ -307,72 +341,106 @@ static double distance(const motion *a, const motion *b) {
     return most;
 }
 
-static void print_twin(int n, const scene *s, const twin *t, const motion *a, const motion *b) {
-    const kt_contact_counts *x = &a->counts, *y = &b->counts;
-    kt_note("scene %d (%d bodies, %d effects), %s: %.3g; impacts %d %d, closings %d %d, sticks %d %d, slips %d %d, "
-            "rested %d %d, jammed %d %d %s%s",
-            n, s->bodies, s->effects, t->name, distance(a, b), (int)x->impacts, (int)y->impacts, (int)x->closings,
-            (int)y->closings, (int)x->sticks, (int)y->sticks, (int)x->slips, (int)y->slips, (int)x->rested,
-            (int)y->rested, (int)x->jammed, (int)y->jammed, a->status ? a->error.where : "",
-            b->status ? b->error.where : "");
+static void print_twin(int n, const scene *s, const twin *t, double apart, double bound, const motion *a,
+                       const motion *b) {
+    kt_note("scene %d (%d bodies, %d effects), %s: %.3g, bound %.3g; impacts %d %d, sticks %d %d, rested %d %d, jammed "
+            "%d %d %s%s",
+            n, s->bodies, s->effects, t->name, apart, bound, (int)a->counts.impacts, (int)b->counts.impacts,
+            (int)a->counts.sticks, (int)b->counts.sticks, (int)a->counts.rested, (int)b->counts.rested,
+            (int)a->counts.jammed, (int)b->counts.jammed, a->status ? a->error.where : "",
+            b->status ? b->error.message : "");
 }
 
-static void compare(const char *method, bool fixed, bool plain, const twin *twins, int count, int scenes,
-                    double bound) {
+/* How far motions go apart whose starts differ by some roundings: of velocities, and of the time of the twin. */
+static double rounding_of(const scene *s, double start, const char *method, bool fixed, const motion *a) {
+    static const double parts[] = {1.0, -1.0, 3.0, -7.0};
+    static motion b;
+    const double size = fmax(1e-13, 64.0 * DBL_EPSILON * start / length_of_run);
+    double most = 0.0;
+    for (int k = 0; k < 4; k++) {
+        twin t = original;
+        t.shift = parts[k] * size;
+        move(s, &t, method, fixed, &b);
+        most = fmax(most, a->status == b.status ? distance(a, &b) : HUGE_VAL);
+    }
+    return most;
+}
+
+typedef struct tally {
+    int compared, undecided, failed, wrong, several;
+} tally;
+
+static void compare_scene(const scene *s, int n, const char *method, bool fixed, bool bits, const twin *twins,
+                          int count, tally *to) {
     static motion a, b;
-    kt_random random = kt_random_of_test();
+    move(s, &original, method, fixed, &a);
+    to->failed += a.status != KT_OK;
+    if (a.status != KT_OK)
+        kt_note("scene %d: %s: %s", n, a.error.where, a.error.message);
+    const double rounding = bits ? 0.0 : rounding_of(s, twins->start, method, fixed, &a);
+    to->undecided += !(rounding <= decided);
+    for (int k = 0; rounding <= decided && k < count; k++) {
+        const double bound = bits ? 0.0 : LIKELY * fmax(rounding, tolerance);
+        move(s, &twins[k], method, fixed, &b);
+        to->compared++;
+        if (a.status == b.status && distance(&a, &b) <= bound)
+            continue;
+        if (!bits && a.counts.undecided + b.counts.undecided > 0) { /* the law allows several motions */
+            to->several++;
+            continue;
+        }
+        to->wrong++;
+        print_twin(n, s, &twins[k], distance(&a, &b), bound, &a, &b);
+    }
+}
+
+static void compare(const char *method, bool fixed, bool bits, const twin *twins, int count, int scenes) {
     const char *only = getenv("KT_SCENE"), *from = getenv("KT_FROM");
-    int compared = 0, wrong = 0, failed = 0;
+    kt_random random = kt_random_of_test();
+    tally sum = {0};
     for (int n = 0; n < scenes; n++) {
         static scene s;
-        draw_scene(&s, plain, &random);
-        if ((only != NULL && n != atoi(only)) || (from != NULL && n < atoi(from)))
-            continue;
-        move(&s, &original, method, fixed, &a);
-        failed += a.status != KT_OK;
-        if (a.status != KT_OK)
-            kt_note("scene %d: %s: %s", n, a.error.where, a.error.message);
-        for (int k = 0; k < count; k++) {
-            move(&s, &twins[k], method, fixed, &b);
-            compared++;
-            if (a.status == b.status && distance(&a, &b) <= bound)
-                continue;
-            wrong++;
-            print_twin(n, &s, &twins[k], &a, &b);
-        }
+        draw_scene(&s, twins->reordered, &random);
+        if ((only == NULL || n == atoi(only)) && (from == NULL || n >= atoi(from)))
+            compare_scene(&s, n, method, fixed, bits, twins, count, &sum);
     }
-    kt_check_above("twins", compared, 0.0);
-    kt_check_equal_int("runs that fail", failed, 0);
-    kt_check_equal_int("twins that move otherwise", wrong, 0);
+    kt_check_above("twins", sum.compared, 0.0);
+    kt_check_below("runs that fail, or take too many steps", sum.failed, fmax(1.0, 0.05 * scenes));
+    kt_check_equal_int("twins that move otherwise", sum.wrong, 0);
+    kt_check_below("scenes that rounding decides", sum.undecided, 0.25 * scenes);
+    kt_note("%d twins move otherwise where the law allows several motions", sum.several);
 }
 
-static const twin masses[] = {{"masses times 2^20", 0x1p20, 1.0, 1.0, 0.0, false, false},
-                              {"masses times 2^-20", 0x1p-20, 1.0, 1.0, 0.0, false, false}};
-static const twin units[] = {{"lengths times 2^10", 1.0, 0x1p10, 1.0, 0.0, false, false},
-                             {"lengths times 2^-10", 1.0, 0x1p-10, 1.0, 0.0, false, false},
-                             {"times times 2^10", 1.0, 1.0, 0x1p10, 0.0, false, false},
-                             {"times times 2^-10", 1.0, 1.0, 0x1p-10, 0.0, false, false}};
-static const twin others[] = {{"turned", 1.0, 1.0, 1.0, 0.0, true, false},
-                              {"in another order", 1.0, 1.0, 1.0, 0.0, false, true}};
-static const twin late[] = {{"at 1e4 s", 1.0, 1.0, 1.0, 1e4, false, false}};
-enum {
-    MASSES = sizeof masses / sizeof *masses,
-    UNITS = sizeof units / sizeof *units,
-    OTHERS = sizeof others / sizeof *others
-};
+static const twin masses[] = {{"masses times 2^20", 0x1p20, 1.0, 1.0, 0.0, false, false, 0.0},
+                              {"masses times 2^-20", 0x1p-20, 1.0, 1.0, 0.0, false, false, 0.0}};
+static const twin units[] = {{"lengths times 2^10", 1.0, 0x1p10, 1.0, 0.0, false, false, 0.0},
+                             {"lengths times 2^-10", 1.0, 0x1p-10, 1.0, 0.0, false, false, 0.0},
+                             {"times times 2^10", 1.0, 1.0, 0x1p10, 0.0, false, false, 0.0},
+                             {"times times 2^-10", 1.0, 1.0, 0x1p-10, 0.0, false, false, 0.0}};
+static const twin turned[] = {{"turned", 1.0, 1.0, 1.0, 0.0, true, false, 0.0}};
+static const twin reordered[] = {{"in another order", 1.0, 1.0, 1.0, 0.0, false, true, 0.0}};
+static const twin late[] = {{"at 1e4 s", 1.0, 1.0, 1.0, 1e4, false, false, 0.0}};
+static const twin latest[] = {{"at 1e7 s", 1.0, 1.0, 1.0, 1e7, false, false, 0.0}};
+enum { MASSES = sizeof masses / sizeof *masses, UNITS = sizeof units / sizeof *units };
 
 KT_TEST(masses_times_a_factor_leave_all_bits) {
-    compare("rk4", true, false, masses, MASSES, kt_sample(KT_SHORT(20, 200)), 0.0);
-    compare("dopri5", false, false, masses, MASSES, kt_sample(KT_SHORT(20, 200)), 0.0);
+    compare("rk4", true, true, masses, MASSES, kt_sample(KT_SHORT(10, 200)));
+    compare("dopri5", false, true, masses, MASSES, kt_sample(KT_SHORT(10, 200)));
 }
 KT_TEST(scenes_move_alike_in_all_units) {
-    compare("rk4", true, true, units, UNITS, kt_sample(KT_SHORT(30, 300)), 1e-5); /* measured: 2.1e-6 */
-    compare("dopri5", false, true, units, UNITS, kt_sample(KT_SHORT(30, 300)), 1e-6);
+    compare("rk4", true, false, units, UNITS, kt_sample(KT_SHORT(5, 300)));
+    compare("dopri5", false, false, units, UNITS, kt_sample(KT_SHORT(5, 300)));
 }
-KT_TEST(scenes_move_alike_turned_or_reordered) {
-    compare("dopri5", false, true, others, OTHERS, kt_sample(KT_SHORT(30, 300)), 1e-6);
+KT_TEST(scenes_move_alike_turned) {
+    compare("rk4", true, false, turned, 1, kt_sample(KT_SHORT(5, 300)));
+    compare("dopri5", false, false, turned, 1, kt_sample(KT_SHORT(5, 300)));
 }
-/* A slip that turns at the rounding of a late time sticks and slips many times. Measured: 5.8e-4. */
-KT_TEST(scenes_move_alike_at_a_late_time) {
-    compare("dopri5", false, true, late, 1, kt_sample(KT_SHORT(30, 300)), 1e-3);
+/* Motions of bodies on more feet, with bounces, depend on the order of contacts, by up to 1e-4. */
+KT_TEST(scenes_on_three_feet_move_alike_in_another_order) {
+    compare("dopri5", false, false, reordered, 1, kt_sample(KT_SHORT(20, 300)));
+}
+KT_TEST(scenes_move_alike_at_late_times) {
+    compare("rk4", true, false, late, 1, kt_sample(KT_SHORT(5, 300)));
+    compare("dopri5", false, false, late, 1, kt_sample(KT_SHORT(5, 300)));
+    compare("dopri5", false, false, latest, 1, kt_sample(KT_SHORT(5, 300)));
 }
