@@ -321,9 +321,8 @@ bool kt_contacts_hold_any(const kt_simulation *simulation);
 bool kt_contact_slip_ends(const kt_simulation *simulation, size_t k, double slip);
 /* Holds contact k likewise if its reaction has ended at this instant, and counts this (directions.c). */
 void kt_contact_hold_turning(kt_simulation *simulation, int k);
-/* Counts a reversal of slip, at which friction k is due (directions.c). Returns whether the friction must stick from
- * now on. */
-bool kt_contact_count_reversal(kt_simulation *simulation, int k);
+/* Counts a reversal of slip, at which friction k is due (directions.c). */
+void kt_contact_count_reversal(kt_simulation *simulation, int k);
 /* The margin below its present gap at which an open contact that touches closes: the rounding of the gap in row k, if
  * the contact parts no faster than its rest velocity. Without this margin, rounding would close the contact again and
  * again, such as the fourth corner of a foot that three corners hold. The margin also applies behind eight instants at

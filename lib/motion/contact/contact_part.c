@@ -90,16 +90,12 @@ static int act_on_contacts(kt_simulation *simulation, const kt_occurrence *what,
         c->item[k].meets = due && !closed;
         c->item[k].leaves = kt_contact_leaves(simulation, k, due && closed);
         if (c->item[k].meets && kt_contact_rubs(c, k))
-            c->holds = kt_contact_count_reversal(simulation, k) || c->holds;
+            kt_contact_count_reversal(simulation, k);
     }
     kt_contacts_slip_together(simulation);
-    kt_status status = kt_phase_settle(simulation, error);
-    if (status != KT_OK && c->holds) {
-        c->holds = false;
-        status = kt_phase_settle(simulation, error);
-    }
+    const kt_status status = kt_phase_settle(simulation, error);
     clear_due_contacts(c);
-    c->rests = c->stops = c->holds = false;
+    c->rests = c->stops = false;
     c->window = 0.0;
     return status == KT_OK ? 0 : -1;
 }
@@ -115,7 +111,7 @@ static void open_all(kt_simulation *simulation) {
     for (size_t k = 0; k < simulation->contact_count; k++) {
         simulation->contact_state[k].closed = false;
         simulation->contact_state[k].closes_at = simulation->contact_state[k].opens_at = 0.0;
-        simulation->contact_state[k].left_at = simulation->contact_state[k].ended_at = -HUGE_VAL;
+        simulation->contact_state[k].left_at = -HUGE_VAL;
         simulation->contact_state[k].held = -HUGE_VAL;
     }
 }

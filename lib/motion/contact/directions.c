@@ -29,11 +29,8 @@
  * step, and is not faster than its rest velocity, ends. All slip that reverses below this speed comes to rest if
  * friction can hold it.
  *
- * Forces may be at the limit of friction up to rounding. In this case, slip ends as soon as it begins. Friction that
- * cannot hold a contact at rest may also turn its slip at once, in every direction: slip is then near a direction that
- * wedges the contact. Therefore, if stick or slip ends TURNS times, at intervals of at most `briefly`, friction holds
- * the contact for the time `hold`, and with fixed steps for at least one step. A held contact stays at rest while other
- * contacts change, unless no reactions hold it. Otherwise the turns of another foot would end its rest.
+ * A held contact stays at rest while other contacts change, unless no reactions hold it. Otherwise the turns of another
+ * foot would end its rest.
  *
  * Reactions of the corners of a foot are not unique. Several corners may be at their limits. If one of these corners
  * slips, the next evaluated reactions may exceed the limit of another corner, which then slips in place of the first
@@ -51,8 +48,8 @@
 
 enum { TURNS = 8, TRIES = 64 };
 
-/* Parts of the time in which the mechanism moves by its own size (own_time.c). */
-static const double briefly = 3e-6, hold = 3e-4;
+/* A part of the time in which the mechanism moves by its own size (own_time.c). */
+static const double hold = 3e-4;
 /* The largest slip that many tries of a fixed step end, relative to the rest velocity. */
 static const double hovering = 100.0;
 
@@ -218,18 +215,6 @@ bool kt_contacts_follow_slip(kt_simulation *simulation) {
     return changes;
 }
 
-/* Counts an end of stick, or of slip. Returns whether friction is held from now on. step: the length of a fixed step,
- * or 0. */
-static bool count_friction_end(kt_contact_memory *memory, double t, double own, double step) {
-    memory->ends = t - memory->ended_at <= briefly * own ? memory->ends + 1 : 0;
-    memory->ended_at = t;
-    if (memory->ends < TURNS)
-        return false;
-    memory->ends = 0;
-    memory->held = t + fmax(hold * own, step);
-    return true;
-}
-
 /* Whether a contact, or friction, has left at the time t. */
 static bool has_left_at(const kt_contact_memory *memory, double t) {
     static const double instant = 64.0 * DBL_EPSILON;
@@ -244,9 +229,6 @@ bool kt_contact_leaves(kt_simulation *simulation, int k, bool due) {
     memory->left_at = due ? t : memory->left_at;
     if (k < simulation->contacts->sides)
         return due;
-    if (due && kt_contact_rubs(simulation->contacts, k))
-        simulation->memory.contacts.rested +=
-            count_friction_end(memory, t, simulation->memory.own_time, simulation->step);
     return due || memory->left > 1;
 }
 
@@ -306,21 +288,17 @@ void kt_contact_hold_turning(kt_simulation *simulation, int k) {
     simulation->memory.contacts.rested++;
 }
 
-bool kt_contact_count_reversal(kt_simulation *simulation, int k) {
+void kt_contact_count_reversal(kt_simulation *simulation, int k) {
     const double t = kt_integrator_time(simulation->integrator);
     const int contact = simulation->contacts->item[k].of;
     kt_contact_memory *memory = &simulation->contact_state[contact];
     const bool may_rest = simulation->model->loop[simulation->contacts->item[contact].loop].rest_velocity > 0.0;
-    const bool is_held =
-        may_rest && count_friction_end(&simulation->contact_state[k], t, simulation->memory.own_time, simulation->step);
-    simulation->memory.contacts.rested += is_held;
     if (!(simulation->step > 0.0) || !may_rest)
-        return is_held;
+        return;
     const bool is_within = memory->reversals > 0 && fabs(t - memory->since) <= simulation->step;
     memory->fastest = is_within ? fmax(memory->fastest, memory->speed) : memory->speed;
     memory->since = is_within ? memory->since : t;
     memory->reversals = is_within ? memory->reversals + 1 : 1;
-    return is_held;
 }
 
 /* Whether contact k slips slowly while a fixed step takes many tries. */

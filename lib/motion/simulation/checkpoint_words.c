@@ -112,9 +112,7 @@
     X(stops_below, KT_BLOCK_ANY)                                                                                       \
     X(load, KT_BLOCK_ANY)                                                                                              \
     X(response, KT_BLOCK_ANY)                                                                                          \
-    X(ended_at, KT_BLOCK_ANY)                                                                                          \
     X(held, KT_BLOCK_ANY)                                                                                              \
-    X(ends, KT_BLOCK_COUNT)                                                                                            \
     X(reversals, KT_BLOCK_COUNT)                                                                                       \
     X(turns, KT_BLOCK_COUNT)                                                                                           \
     X(left, KT_BLOCK_COUNT)                                                                                            \

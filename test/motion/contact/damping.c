@@ -165,8 +165,7 @@ KT_TEST(damping_of_slip_is_that_of_differences) {
 }
 
 /* A slider on a spring pulls a plate on two feet to and fro, next to the limit of friction. There stick ends again and
- * again at once. Measured: 15,413 evaluations. With thresholds of rest in m/s there were 225,780, unless stick was held
- * for a step. */
+ * again at once. Measured: 15,413 evaluations. With thresholds of rest in m/s there were 225,780. */
 KT_TEST(stick_that_ends_at_once_takes_few_evaluations) {
     const double q[] = {0.0, 0.0, 0.1, 1.0, 0.0, 0.0, 0.0, -0.00500687039};
     const double v[] = {0.00220823682, 0.0233498897, 0.0, 0.0, 0.0, -9.39028019e-8, 0.0};
@@ -191,5 +190,4 @@ KT_TEST(stick_that_ends_at_once_takes_few_evaluations) {
         status = kt_simulation_tick(simulation, 0.01, &error);
     kt_need_fine("runs", status, &error);
     kt_check_below("evaluations", (double)kt_simulation_counts_of(simulation).evaluations, 40000.0);
-    kt_note("%lld ends of stick were held", (long long)kt_simulation_contacts(simulation).rested);
 }
