@@ -165,3 +165,25 @@ def test_the_watch_changes_no_bit_and_copies_are_watched(box, held):
     assert any(each["code"] == "energy" for each in again.warnings)
     forced = kt.Simulation(kt.Model(kt.Scene(PENDULUM), effects=[kt.JointForce("arm", lambda t, q, v: -v)]), step=1e-2)
     assert not caught(lambda: forced.advance(1.0)) and forced.warnings == []
+
+
+def test_values_that_assembly_moves_are_reported():
+    """Loops that the given angles leave open: the run, and a simulation from its first step on, name the values."""
+    def bar(name, parent, length, at, angle):
+        return kt.Body(name, parent=parent, joint=kt.revolute("y", at=at, position=angle), mass=1, shape=kt.shape.rod(to=[length, 0, 0]), markers={"end": [length, 0, 0]})
+
+    def linkage(rocker):
+        bars = [bar("crank", None, 0.3, [0, 0, 0], -1.0), bar("coupler", "crank", 0.9, [0.3, 0, 0], 0.5), bar("rocker", None, 0.6, [0.8, 0, 0], rocker)]
+        return kt.mechanism(bars, loops=[kt.loop.revolute(name="pin", between=["coupler.end", "rocker.end"], axis="y")])
+
+    scene = linkage(-1.5)
+    simulation = scene.simulation(step=1e-3, duration=0.01)
+    start = simulation.positions.copy()
+    for found, warnings_of in ((caught(lambda: scene.run(duration=0.01)), scene.run(duration=0.01, quiet=True).warnings),
+                               (caught(lambda: simulation.tick(1e-3)), simulation.warnings)):
+        assert sum("assembly moved initial values that the scene gives: crank position from -1 to" in each for each in found) == 1, found
+        moved = [each for each in warnings_of if each["code"] == "start_moved"]
+        assert len(moved) == 1 and moved[0]["value"] == 3 and f"rocker position from -1.5 to {start[2]:.6g}" in moved[0]["what"]
+    assert not caught(lambda: simulation.tick(1e-3))
+    closed = kt.mechanism([bar("arm", None, 0.3, [0, 0, 0], -1.0)], gravity=[0, 0, -9.81])
+    assert not caught(lambda: closed.run(duration=0.01)) and not caught(lambda: closed.simulation(step=1e-3, duration=0.01).tick(1e-3))

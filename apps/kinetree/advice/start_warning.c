@@ -4,10 +4,13 @@
 #include "advice/angles.h"
 #include "advice/penetration.h"
 #include "open/play.h"
+#include "open/start.h"
 #include "subcommands/run.h"
 #include "view/view.h"
 
 #include <math.h>
+#include <stdio.h>
+#include <string.h>
 
 /* ---- the start --------------------------------------------------------------------------------------------------- */
 
@@ -133,12 +136,43 @@ void kt_warn_of_start(kt_outcome *outcome) {
                               kt_simulation_positions(outcome->simulation));
 }
 
+/* Lists the values of the start that differ from those of the scene. kt_start_say_moved prints them. */
+static void list_moved(kt_outcome *outcome) {
+    enum { LISTED = 4 };
+    char text[400] = "";
+    const size_t count = json_array_size(outcome->moved);
+    for (size_t i = 0; i < count && i < LISTED; i++) {
+        const json_t *one = json_array_get(outcome->moved, i), *from = json_object_get(one, "from");
+        const size_t used = strlen(text);
+        char numbers[80] = "";
+        if (json_is_number(from))
+            (void)snprintf(numbers, sizeof numbers, " from %.6g to %.6g", json_number_value(from),
+                           json_number_value(json_object_get(one, "to")));
+        (void)snprintf(text + used, sizeof text - used, "%s%.60s %s%s", i > 0 ? ", " : "",
+                       json_string_value(json_object_get(one, "joint")),
+                       json_string_value(json_object_get(one, "part")), numbers);
+    }
+    char more[40] = "";
+    if (count > LISTED)
+        (void)snprintf(more, sizeof more, " and %zu more", count - LISTED);
+    const kt_warning warning = {.code = "start_moved",
+                                .time = 0.0,
+                                .value = (double)count,
+                                .is_said = true,
+                                .remedy = "Give values that close the loops; 'initial: {hold: [JOINT]}' keeps a value"};
+    const bool is_struck = kt_simulation_contacts(outcome->simulation).impacts > 0;
+    if (count > 0)
+        kt_warn(&outcome->warnings, &warning, "%s moved initial values that the scene gives: %s%s",
+                kt_start_cause(outcome->model, is_struck), text, more);
+}
+
 void kt_report_start(kt_outcome *outcome, bool quiet) {
     const double *q = kt_simulation_positions(outcome->simulation);
     const double *v = kt_simulation_velocities(outcome->simulation);
     list_notes(outcome);
     kt_warn_of_start(outcome);
     outcome->moved = kt_start_moved(outcome->model, q, v);
+    list_moved(outcome);
     if (!quiet)
         (void)kt_say_disagreement(outcome->scene, outcome->model);
     if (!quiet)

@@ -21,7 +21,7 @@ typedef struct kt_warning {
     double time;        /* s, when it was noticed; NaN: not related to a time */
     double value;       /* the number that the warning is about; NaN: none */
     const char *unit;   /* unit of the value: "J"; NULL: none */
-    bool is_said;       /* the warning has been printed as an error and is only listed */
+    bool is_said;       /* the warning has been printed in other words and is only listed */
     const char *remedy; /* a sentence without its full stop: "Take steps below 0.01 s" */
 } kt_warning;
 

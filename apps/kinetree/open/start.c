@@ -117,8 +117,7 @@ static void say_half_held(const char *path, const kt_scene *scene, const kt_mode
     free(given);
 }
 
-/* Returns the cause of changes to values that the scene gives. */
-static const char *cause_of_changes(const kt_model *model, bool is_struck) {
+const char *kt_start_cause(const kt_model *model, bool is_struck) {
     if (is_struck)
         return "impacts at the start, and assembly where loops were open,";
     if (kt_massless_count(model) == 0)
@@ -154,7 +153,7 @@ int kt_start_say_moved(const char *path, const kt_scene *scene, const kt_model *
     double *given = count > 0 ? kt_given_state(model) : NULL;
     if (given != NULL)
         kt_print("%s%s: %s moved initial values that the scene gives", path != NULL ? path : "kinetree",
-                 path != NULL ? ": warning" : "", cause_of_changes(model, is_struck));
+                 path != NULL ? ": warning" : "", kt_start_cause(model, is_struck));
     if (given != NULL && kt_loop_count(model) > 0 && !is_struck)
         say_holdable(&trials, model, changes, count);
     if (given != NULL)

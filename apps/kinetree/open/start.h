@@ -13,6 +13,10 @@ int kt_start_assemble(const kt_scene *scene, const kt_model *model, kt_data *dat
 /* Assembles the initial state in temporary memory, for callers that need only the report. */
 int kt_start_report(const kt_scene *scene, const kt_model *model);
 
+/* Returns the cause of changes to values that the scene gives, as the subject of "moved values". is_struck: hard
+ * contacts, stops or ropes that touch at the start had impacts. */
+const char *kt_start_cause(const kt_model *model, bool is_struck);
+
 /* Reports the given values that differ in the assembled state, and returns their number. The report is a warning about
  * the file at `path` (NULL: a message of the command). If `is_struck`, hard contacts, stops or ropes that touch at the
  * start had impacts. */

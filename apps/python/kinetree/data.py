@@ -27,7 +27,8 @@ class Data(Evaluator, Constraints, Gradients, Identification, Fixed):  # type: i
     ----------
     q, v, tau, a : arrays of nq, nv, nv and nv
         Positions (rad, m), velocities (rad/s, m/s), joint forces (N m, N) and accelerations (rad/s^2, m/s^2). A call without arguments uses
-        them in place, which is the fastest way.
+        them in place, which is the fastest way. At first `q` and `v` are those of the scene, whose loops may be open: `assemble` closes
+        them, and the evaluations do not.
     x : array of nx
         Auxiliary states, which all calls read.
     t : float
