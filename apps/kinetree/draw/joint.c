@@ -4,6 +4,7 @@
 #include "picture/solid.h"
 
 #include <math.h>
+#include <stdint.h>
 
 enum { MOUNTS_MOST = 400 };
 
@@ -281,18 +282,43 @@ typedef struct wheel_brush {
     kt_colour colour;
 } wheel_brush;
 
+/* Adds a stroke to the path, which it continues where it can, so that dashes run on. */
+static void add_wheel_stroke(void *user, kt_stroke stroke) {
+    const kt_sheet *sheet = user;
+    const kt_spot from = kt_sheet_place(sheet, stroke.from), to = kt_sheet_place(sheet, stroke.to);
+    double x = 0.0, y = 0.0;
+    if (cairo_has_current_point(sheet->c))
+        cairo_get_current_point(sheet->c, &x, &y);
+    if (!cairo_has_current_point(sheet->c) || fabs(x - from.x) + fabs(y - from.y) > 0.1)
+        cairo_move_to(sheet->c, from.x, from.y);
+    cairo_line_to(sheet->c, to.x, to.y);
+}
+
 static void paint_wheel_stroke(void *user, kt_stroke stroke) {
     const wheel_brush *b = user;
     kt_paint_line(b->sheet, kt_sheet_place(b->sheet, stroke.from), kt_sheet_place(b->sheet, stroke.to), b->width,
                   b->colour);
 }
 
-/* Paints pitch circles in thin lines, pulleys and the spans between them in thick ones. */
-static void paint_wheels(const kt_sheet *sheet, const kt_picture_loop *loop) {
+/* Paints pitch circles as thin chain lines, pulleys as thin lines, and ropes as thick lines. */
+static void paint_wheels(const kt_sheet *sheet, int index) {
+    static const double chain[] = {9.0, 2.5, 1.5, 2.5};
+    const kt_picture *p = sheet->drawing->picture;
+    const kt_picture_loop *loop = &p->loops[index];
     const bool is_rope = loop->type == KT_LOOP_SPAN || loop->type == KT_LOOP_BELT;
-    const kt_colour colour = is_rope ? sheet->palette->ink : sheet->palette->quiet;
-    wheel_brush brush = {sheet, is_rope ? 1.4 : 1.0, kt_sheet_faded(sheet, colour)};
-    kt_wheel_strokes(loop, sheet->poses, paint_wheel_stroke, &brush);
+    wheel_brush thin = {sheet, 1.0, kt_sheet_faded(sheet, sheet->palette->quiet)},
+                thick = {sheet, 2.2, kt_sheet_faded(sheet, sheet->palette->ink)};
+    if (is_rope) {
+        kt_wheel_strokes(loop, sheet->poses, paint_wheel_stroke, &thin);
+        kt_rope_strokes(p->loops, p->loop_count, index, sheet->poses, paint_wheel_stroke, &thick);
+        return;
+    }
+    kt_paper_use(sheet->c, thin.colour);
+    cairo_set_line_width(sheet->c, thin.width);
+    cairo_set_dash(sheet->c, chain, 4, 0.0);
+    kt_wheel_strokes(loop, sheet->poses, add_wheel_stroke, (void *)(uintptr_t)sheet);
+    cairo_stroke(sheet->c);
+    cairo_set_dash(sheet->c, NULL, 0, 0.0);
 }
 
 /* Paints the curve of a rope that is slack in the state of a sheet. Returns false if the loop is no slack rope. */
@@ -326,7 +352,7 @@ void kt_paint_loops(const kt_sheet *sheet) {
         const kt_picture_loop *loop = &p->loops[i];
         const kt_spot a = kt_sheet_frame(sheet, &loop->ends[0]), b = kt_sheet_frame(sheet, &loop->ends[1]);
         paint_strokes(sheet, loop);
-        paint_wheels(sheet, loop);
+        paint_wheels(sheet, i);
         if (!paint_slack_rope(sheet, loop) && loop->type == KT_LOOP_DISTANCE)
             kt_paint_dashes(sheet, a, b, kt_sheet_faded(sheet, sheet->palette->ink), 1.4);
         if (loop->type == KT_LOOP_INLINE && kt_spot_distance(a, b) > 1.0)

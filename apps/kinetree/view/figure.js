@@ -235,7 +235,7 @@ class Figure {
         if (shown.axes)
             this.data.joints.filter((joint) => !joint.loop).forEach((joint) => this.draw_axis(poses, joint));
         if (shown.loops)
-            this.data.loops.forEach((loop, i) => { this.draw_strokes(poses, loop); this.draw_wheels(poses, loop); acts(loop, t) && this.draw_gap(poses, loop, i); });
+            this.data.loops.forEach((loop, i) => { this.draw_strokes(poses, loop); this.draw_wheels(poses, loop, i); acts(loop, t) && this.draw_gap(poses, loop, i); });
         const effects = this.data.effects.filter((effect) => acts(effect, t));
         if (shown.springs)
             effects.filter(({ends, type, lines}) => ends.length === 2 && type !== "contact" && lines === 0).forEach((effect) => this.draw_spring(poses, effect));
@@ -299,7 +299,7 @@ class Figure {
     }
 
     /* Pitch circles, pulleys and the spans between them, as lib/output/picture/wheel.c has them. */
-    draw_wheels(poses, {type, ends, radii}) {
+    draw_wheels(poses, {type, ends, radii}, index) {
         if (!radii)
             return;
         const rope = type === "span" || type === "belt", colour = [...this.theme.ink, rope ? 1 : 0.5];
@@ -308,20 +308,49 @@ class Figure {
         ends.forEach((end, k) => {
             const about = (angle) => add(centre[k], axis(end, [radii[k] * Math.cos(angle), radii[k] * Math.sin(angle), 0]));
             for (let i = 0; i < 60 && radii[k] !== 0; i++)
-                this.line(this.thin, about(Math.PI * i / 30), about(Math.PI * (i + 1) / 30), colour);
+                this.line(this.thin, about(Math.PI * i / 30), about(Math.PI * (i + 1) / 30), [...this.theme.ink, 0.5]);
         });
         if (type === "rack") {
             const t = axis(ends[1], [0, 0, 1]), d = add(centre[0], scale(-1, centre[1]));
             const foot = add(centre[1], scale(dot(d, t), t));
             this.line(this.thin, add(foot, scale(-6 * radii[0], t)), add(foot, scale(6 * radii[0], t)), colour);
         }
-        const n = axis(ends[0], [0, 0, 1]), d = add(centre[1], scale(-1, centre[0])), across = add(d, scale(-dot(n, d), n));
-        const a = Math.sqrt(dot(across, across)), e = scale(1 / a, across);
-        for (const side of type === "belt" ? [1, -1] : type === "span" ? [1] : []) {
+        const spans = this.spans_of(poses, {type, ends, radii});
+        spans.forEach(({points}) => this.line(this.thick, points[0], points[1], colour));
+        for (const k of spans.length > 0 ? [0, 1] : [])
+            type === "belt" ? this.draw_wrap(spans[0], k, spans[1].points[k], colour) : this.draw_wrap_to_next(poses, ends[k], spans[0], k, index, colour);
+    }
+
+    /* The spans of a loop: their axis, centres, radii, and the points at which they leave the pulleys. */
+    spans_of(poses, {type, ends, radii}) {
+        const centres = ends.map((end) => this.place(poses, end)), n = turn(turn_of(poses, ends[0].body, ends[0].turn), [0, 0, 1]);
+        const d = sub(centres[1], centres[0]), across = add(d, scale(-dot(n, d), n)), a = norm(across), e = scale(1 / a, across);
+        const sides = type === "belt" ? [1, -1] : type === "span" ? [1] : [];
+        return sides.filter((side) => Math.abs(radii[0] - radii[1]) < a).map((side) => {
             const sine = side * (radii[0] - radii[1]) / a, x = add(scale(Math.sqrt(1 - sine * sine), e), scale(-sine, cross(n, e)));
-            const m = cross(n, x);
-            this.line(this.thick, add(centre[0], scale(side * radii[0], m)), add(centre[1], scale(side * radii[1], m)), colour);
-        }
+            const m = cross(n, x), rho = radii.map((radius) => side * radius);
+            return {n, centres, rho, points: [0, 1].map((k) => add(centres[k], scale(rho[k], m)))};
+        });
+    }
+
+    /* The rope on a pulley, from end k of a span to a point of another one (lib/output/picture/wheel.c). */
+    draw_wrap({n, centres, rho, points}, k, to, colour) {
+        const axis = scale((k ? -1 : 1) * (rho[k] < 0 ? -1 : 1), n), a = sub(points[k], centres[k]), b = sub(to, centres[k]);
+        const across = cross(axis, a), angle = (Math.atan2(dot(across, b), dot(a, b)) + 2 * Math.PI) % (2 * Math.PI);
+        const about = (x) => add(centres[k], add(scale(Math.cos(x), a), scale(Math.sin(x), across)));
+        for (let i = 0, steps = 1 + Math.floor(60 * angle / (2 * Math.PI)); i < steps; i++)
+            this.line(this.thick, about(angle * i / steps), about(angle * (i + 1) / steps), colour);
+    }
+
+    /* The rope from a span to a later one that goes on at the same pulley. */
+    draw_wrap_to_next(poses, end, span, k, index, colour) {
+        const winding = ({n, rho}, at) => scale((at ? -1 : 1) * (rho[at] < 0 ? -1 : 1), n), r = Math.abs(span.rho[k]);
+        for (const other of this.data.loops.slice(index + 1).filter(({type, radii}) => type === "span" && radii && r > 0))
+            for (const next of this.spans_of(poses, other))
+                for (const i of [0, 1])
+                    if (other.ends[i].body === end.body && norm(sub(next.centres[i], span.centres[k])) <= 1e-6 * r
+                        && Math.abs(Math.abs(next.rho[i]) - r) <= 1e-6 * r && dot(winding(span, k), winding(next, i)) < 0)
+                        return this.draw_wrap(span, k, next.points[i], colour);
     }
 
     draw_gap(poses, {type, ends, rope}, i) {

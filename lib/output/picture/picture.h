@@ -85,10 +85,15 @@ typedef struct kt_picture_loop {
     const char *name;
 } kt_picture_loop;
 
-/* Hands over the strokes of pitch circles and pitch lines of wheels, of the circles of pulleys, and of the spans
- * between them, world axes. Spans come last. Loops of other types have none. */
+/* Hands over the strokes of pitch circles and pitch lines of wheels, and of the circles of pulleys, world axes. Loops
+ * of other types have none. */
 typedef void kt_stroke_each(void *user, kt_stroke stroke);
 void kt_wheel_strokes(const kt_picture_loop *loop, const kt_pose *poses, kt_stroke_each *each, void *user);
+
+/* Hands over the strokes of the rope of loop `index`, a span or a belt: the arcs on its pulleys, and then the straight
+ * parts. An arc between two spans belongs to the first of them in the list. loops: all of the picture. */
+void kt_rope_strokes(const kt_picture_loop *loops, int count, int index, const kt_pose *poses, kt_stroke_each *each,
+                     void *user);
 
 /* The length of a rope at a time, s; NaN: the loop is no rope, or its function has no value at this time. */
 double kt_picture_rope_length(const kt_picture_loop *loop, double t);
