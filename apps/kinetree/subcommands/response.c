@@ -295,6 +295,9 @@ static double degrees(double angle) { return angle * 360.0 / two_pi; }
 
 static const char *force_unit(const kt_response *r) { return slides(r, r->input) ? "N" : "N m"; }
 
+/* The force in the unit of a ratio: m/N, m/(N m). */
+static const char *force_divisor(const kt_response *r) { return slides(r, r->input) ? "N" : "(N m)"; }
+
 /* ---- results ----------------------------------------------------------------------------------------------------- */
 
 /* Whether an amplitude is at an end of the range, or larger or smaller than both neighbours. */
@@ -351,7 +354,7 @@ static int write_response_table(const kt_response *r, const char *path) {
         return kt_reject(KT_EXIT_INTEGRATION, "%s cannot be written", kt_show_result(path).text);
     fprintf(file, "frequency [Hz]");
     for (int i = 0; i < r->output_count; i++)
-        fprintf(file, ",%s.amplitude [%s/(%s)],%s.phase [deg]", r->output[i].name, r->output[i].unit, force_unit(r),
+        fprintf(file, ",%s.amplitude [%s/%s],%s.phase [deg]", r->output[i].name, r->output[i].unit, force_divisor(r),
                 r->output[i].name);
     fputc('\n', file);
     for (size_t k = 0; k < r->count; k++) {
@@ -382,7 +385,7 @@ static int draw_bode(const kt_response *r, const char *path, bool is_dark) {
                 .label = out->name, .x = r->frequency, .y = p == 0 ? out->amplitude : out->phase, .count = r->count};
         is_one_unit = is_one_unit && strcmp(out->unit, r->output[0].unit) == 0;
     }
-    (void)snprintf(unit, sizeof unit, "%s/(%s)", r->output[0].unit, force_unit(r));
+    (void)snprintf(unit, sizeof unit, "%s/%s", r->output[0].unit, force_divisor(r));
     (void)snprintf(subtitle, sizeof subtitle, "Response about its %s to a %s in %s", r->state,
                    slides(r, r->input) ? "force" : "torque", kt_name_column(r->motion.model, r->input).text);
     const kt_plot_panel panels[2] = {
