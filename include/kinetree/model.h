@@ -370,16 +370,17 @@ KT_API double kt_data_difference_error(kt_data *data);
  * | effect NAME.KEY | a number of an effect (stiffness, damping, length, coulomb ...) under its key; of a bushing six |
  * | effect NAME.KEY | function of time (rest, target, torque): 4 numbers, as of a loop; value of a force or torque: 3 |
  * | loop NAME.KEY | function of time (position, length, offset): 4 numbers, see below |
- * | loop NAME.place | 6: place of the end on the world: its point, m, and the rotation vector of its frame, rad |
+ * | loop NAME.place | 6: place of an end: its point, m, and the rotation vector of its frame, rad |
  *
  * A function of time is replaced by x + v s + a s^2 / 2 with s = t - t0. The numbers are x, v, a, t0: position,
  * velocity and acceleration at the time t0, and the time t0 itself. The function continues in this form until the next
  * setting. A distance must be > 0 at t0.
  *
- * The place of a loop is in world axes. The frame that the rotation vector turns has its z axis along the loop's
- * `axis`. A loop has a place if an end is on the world and the loop bounds no side. Screws and homokinetic joints
- * count an angle from the start, and have none. In a model that is computed in a plane, places stay in that plane.
- * kt_loop_place_here returns the place that a foot has at the moment: a foothold.
+ * The place of a loop belongs to the end on the world, and is in world axes. If both ends are on moving bodies, the
+ * place belongs to the second end, and is in the frame of its body. The frame that the rotation vector turns has its z
+ * axis along the loop's `axis`. Loops that bound a side have no place. Screws and homokinetic joints count an angle
+ * from the start, and have none, either. In a model that is computed in a plane, places stay in that plane.
+ * kt_loop_place_here returns the place that a foot has at the moment: a foothold, or the grip of a gripper.
  *
  * Decisions of the compilation remain: the plan, the structural ranks, and the sizes below which inertias count as
  * none. Every number is checked as in a description. Relations to other numbers are checked, too. For lower < upper,
@@ -407,7 +408,7 @@ typedef enum kt_parameter_kind {
     KT_PARAMETER_EFFECT_CURVE, /* function of time of an effect */
     KT_PARAMETER_EFFECT_VALUE, /* components of a force or torque */
     KT_PARAMETER_LOOP_CURVE,   /* function of time of a loop */
-    KT_PARAMETER_LOOP_PLACE,   /* place of a loop's end on the world */
+    KT_PARAMETER_LOOP_PLACE,   /* place of a loop's end */
 } kt_parameter_kind;
 
 struct kt_key;

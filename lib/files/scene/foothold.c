@@ -1,4 +1,4 @@
-/* Loops that events close where a body is (foothold.h). */
+/* Loops that events close where bodies are (foothold.h). */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/foothold.h"
 
@@ -134,13 +134,26 @@ const char *kt_foothold_named(const kt_reader *r, const char *state) {
     return search.loop;
 }
 
-/* The end of a loop that lies on the world at a place of its own; -1: none. */
-static int world_end(const kt_loop *loop) {
-    for (int k = 0; k < 2; k++)
-        if ((loop->between[k].body == NULL || strcmp(loop->between[k].body, "world") == 0) &&
-            loop->between[k].marker == NULL)
-            return k;
-    return -1;
+static bool is_world(const kt_end *end) { return end->body == NULL || strcmp(end->body, "world") == 0; }
+
+/* The end of a loop that moves: the end on the world, or else the second one. Returns -1 if this end is a marker, which
+ * has a place of its own. */
+static int moved_end(const kt_loop *loop) {
+    const int end = is_world(&loop->between[0]) ? 0 : 1;
+    return loop->between[end].marker == NULL ? end : -1;
+}
+
+/* Whether a body is fixed to the world by fixed joints alone. */
+static bool is_fixed_to_world(const kt_description *d, const char *name) {
+    for (int depth = 0; name != NULL && strcmp(name, "world") != 0 && depth <= d->body_count; depth++) {
+        int i = 0;
+        while (i < d->body_count && strcmp(d->bodies[i].name, name) != 0)
+            i++;
+        if (i == d->body_count || d->bodies[i].joint.type != KT_JOINT_FIXED)
+            return false;
+        name = d->bodies[i].parent;
+    }
+    return true;
 }
 
 static bool closes_where_ends_coincide(kt_loop_type type) {
@@ -162,12 +175,18 @@ bool kt_foothold_check(kt_reader *r, const kt_scope *scope, kt_node *node, const
                            "the loop %s may be open where its ends coincide; name a weld, spherical, revolute, "
                            "prismatic, cylindrical or planar one, or write {engage: %.60s}",
                            kt_name_quote(name).text, name);
-    if (world_end(loop) < 0)
+    if (moved_end(loop) < 0)
         return kt_fault_at(
             r, KT_ERROR_SCENE, scope, node,
-            "no end of the loop %s is a point of the world, and only such an end can be moved; put one end "
-            "of `between` on the world, as `world` or {body: world, at: [x, y, z]}",
+            "the end of the loop %s that would be moved is a marker, whose place is fixed; write the body without a "
+            "marker, as BODY or {body: BODY, at: [x, y, z]}. The end on the world moves, or else the second one",
             kt_name_quote(name).text);
+    for (int k = 0; k < 2; k++)
+        if (!is_world(&loop->between[k]) && is_fixed_to_world(r->scene->description, loop->between[k].body))
+            return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
+                               "the end %s of the loop %s is fixed to the world; write its point as {body: world, at: "
+                               "[x, y, z]}",
+                               kt_name_quote(loop->between[k].body).text, kt_name_quote(name).text);
     if (node->count > NAME_MOST)
         return kt_fault_at(r, KT_ERROR_SCENE, scope, node,
                            "%s has more than %d characters, which names of its states have no room for; take a shorter "
@@ -220,7 +239,7 @@ static kt_auxiliary_state *find_place_state(kt_scene *scene, const char *loop, i
 static kt_loop *moved_loop(kt_scene *scene, const char *name, int *end, kt_mat3 *to_axis) {
     const int i = kt_find_loop(&scene->description, name);
     kt_loop *loop = i >= 0 ? (kt_loop *)(uintptr_t)&scene->description.loops[i] : NULL;
-    *end = loop != NULL ? world_end(loop) : -1;
+    *end = loop != NULL ? moved_end(loop) : -1;
     if (*end < 0)
         return NULL;
     *to_axis = kt_triad_from_axis(kt_vec3_normalize(loop->axis), 2);

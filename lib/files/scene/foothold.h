@@ -1,6 +1,7 @@
-/* Footholds: loops that events close where a body is at that instant, {engage_here: LOOP}.
+/* Footholds and grips: loops that events close where bodies are at that instant, {engage_here: LOOP}.
  *
- * The event moves the loop's end on the world (loop NAME.place), and switches the loop on. The place is held by six
+ * The event moves the loop's end on the world or, between two bodies, the second end (loop NAME.place), and switches
+ * the loop on. The place is held by six
  * auxiliary states of the rate 0: NAME_x, _y, _z (m), and the rotation vector NAME_rx, _ry, _rz (rad). These states
  * begin with the place that the scene gives. Records show them, checkpoints contain them, and --from takes them over. A
  * simulation whose state has been replaced gets its places from them (kt_scene_watch_sync). */

@@ -1,7 +1,9 @@
-/* The place of a loop's end on the world, which a program may move: "loop NAME.place".
+/* The place of a loop's end, which a program may move: "loop NAME.place". The end is on the world or, if both ends are
+ * on moving bodies, it is the second one.
  *
- * The numbers are the end's point and the rotation vector of its frame, whose z axis is along the loop's `axis`. The
- * recursions read the frame from the loop's record, in which the world's link has the identity.
+ * The numbers are the end's point and the rotation vector of its frame, whose z axis is along the loop's `axis`. They
+ * are in world axes, or in the frame of the body. The recursions read the frame from the loop's record, where it is in
+ * the frame of the link that has the body.
  *
  * In a plane, the equations were laid out at compile time. A frame that turns by delta about the normal n turns the
  * directions of end 1, and changes the angle between the ends' directions at q = 0:
@@ -32,7 +34,13 @@ int kt_loop_place_end(const kt_loop_record *r) {
     const kt_loop_kind *kind = kt_loop_kinds_baseline[r->kind];
     if (kt_attach_is_relation(r->type) || kind->initial_angle || kind->start)
         return -1;
-    return r->link[0] == 0 ? 0 : r->link[1] == 0 ? 1 : -1;
+    return r->link[0] == 0 ? 0 : 1;
+}
+
+/* The pose of the body that has the place, in its link; the identity for the world. */
+static kt_pose holder_in_link(const kt_model *m, const kt_loop_record *r) {
+    const int end = kt_loop_place_end(r);
+    return r->link[end] == 0 ? (kt_pose){.rotation = kt_mat3_identity()} : m->body[r->body[end]].in_link;
 }
 
 /* Whether a plane computes the loop in this model. */
@@ -43,6 +51,15 @@ static bool is_flat(const kt_model *m, const kt_loop_record *r) {
 static const kt_plane *plane_of(const kt_model *m, const kt_loop_record *r) {
     const size_t link = (size_t)(r->link[0] ? r->link[0] : r->link[1]);
     return &m->plane[m->planar_rest[link - m->n.spatial + 1].plane];
+}
+
+/* The normal of the loop's plane, in the axes of the link that has the place. */
+static kt_vec3 normal_at_place(const kt_model *m, const kt_loop_record *r) {
+    const int32_t link = r->link[kt_loop_place_end(r)];
+    if (link == 0)
+        return plane_of(m, r)->basis.z;
+    const kt_planar_rest *rest = &m->planar_rest[(size_t)link - m->n.spatial + 1];
+    return kt_vec3_make(rest->axes[0][2], rest->axes[1][2], rest->axes[2][2]);
 }
 
 static kt_pose place_pose_of(const double *x) {
@@ -59,7 +76,8 @@ void kt_loop_place_write(kt_pose pose, double *x) {
 
 void kt_loop_place_get(const kt_model *m, int loop, double *x) {
     const kt_loop_record *r = &m->loop[loop];
-    kt_loop_place_write(r->frame[kt_loop_place_end(r)], x);
+    const kt_pose holder = holder_in_link(m, r);
+    kt_loop_place_write(kt_pose_compose(kt_pose_invert(holder), r->frame[kt_loop_place_end(r)]), x);
 }
 
 /* The rotation vector from the present frame to the new frame, in world axes. */
@@ -83,8 +101,8 @@ kt_status kt_loop_place_check(const kt_model *m, int loop, const double *x, kt_e
     const kt_loop_record *r = &m->loop[loop];
     if (!is_flat(m, r))
         return KT_OK;
-    const kt_pose to = place_pose_of(x), *from = &r->frame[kt_loop_place_end(r)];
-    const kt_vec3 normal = plane_of(m, r)->basis.z, turn = turn_to(from, &to);
+    const kt_pose to = kt_pose_compose(holder_in_link(m, r), place_pose_of(x)), *from = &r->frame[kt_loop_place_end(r)];
+    const kt_vec3 normal = normal_at_place(m, r), turn = turn_to(from, &to);
     const double tilt = is_of_points(r) ? 0.0 : kt_vec3_norm(kt_vec3_cross(normal, turn));
     const double shift = fabs(kt_vec3_dot(normal, kt_vec3_sub(to.position, from->position)));
     if (tilt <= flat_enough && shift <= flat_enough * m->length)
@@ -116,7 +134,7 @@ static void place_in_plane(kt_model *m, kt_loop_record *r, int end, const kt_pos
             memcpy(flat->e0[i], flat->row[i].e, sizeof flat->e0[i]);
     }
     const kt_pose compiled = {.rotation = flat->axes0};
-    const double delta = kt_vec3_dot(plane_of(m, r)->basis.z, turn_to(&compiled, to)), c = cos(delta), s = sin(delta);
+    const double delta = kt_vec3_dot(normal_at_place(m, r), turn_to(&compiled, to)), c = cos(delta), s = sin(delta);
     for (int i = 0; end == 0 && i < flat->count; i++) {
         memcpy(flat->row[i].e, flat->e0[i], sizeof flat->e0[i]);
         turn_pair(&flat->row[i].e[0], &flat->row[i].e[1], c, s);
@@ -130,7 +148,7 @@ static void place_in_plane(kt_model *m, kt_loop_record *r, int end, const kt_pos
 void kt_loop_place_put(kt_model *m, int loop, const double *x) {
     kt_loop_record *r = &m->loop[loop];
     const int end = kt_loop_place_end(r);
-    const kt_pose from = r->frame[end], to = place_pose_of(x);
+    const kt_pose from = r->frame[end], to = kt_pose_compose(holder_in_link(m, r), place_pose_of(x));
     r->frame[end] = to;
     if (is_flat(m, r))
         place_in_plane(m, r, end, &from, &to);
@@ -151,10 +169,12 @@ kt_status kt_loop_place_here(const kt_model *model, const kt_data *data, int loo
     const int end = kt_loop_place_end(r);
     (void)snprintf(where, sizeof where, "loop '%.100s'", model->text + r->name);
     if (end < 0)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, where,
-                            "it has no place: none of its ends is on the world, it bounds a side, or it counts an "
-                            "angle from the start");
-    const kt_pose here = kt_pose_compose(link_pose(model, data, r, 1 - end), r->frame[1 - end]);
+        return kt_error_set(
+            error, KT_ERROR_ARGUMENT, where,
+            "it has no place: it bounds a side, relates coordinates, or counts an angle from the start");
+    const kt_pose other = kt_pose_compose(link_pose(model, data, r, 1 - end), r->frame[1 - end]);
+    const kt_pose here =
+        r->link[end] == 0 ? other : kt_pose_compose(kt_pose_invert(kt_body_pose(model, data, r->body[end])), other);
     if (!isfinite(here.position.x) || !isfinite(here.rotation.x.x))
         return kt_error_set(error, KT_ERROR_ARGUMENT, where,
                             "the data have no kinematics; call kt_kinematics_update first");

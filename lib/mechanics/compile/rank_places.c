@@ -1,11 +1,11 @@
 /* The structural rank of groups with loops that close anywhere: footholds.
  *
- * A program may move the end of a loop on the world to the position of the other end (loop_place.c), and then switch
- * the loop on. The place of the description is one of many. The compiled position may be out of reach: a hinge at the
- * origin, whose tip a pin holds at the origin. Or the position is special: two legs of equal length from one hip, with
- * both feet pinned at the same point, have three independent equations, but four at other positions. Therefore such
- * loops are also closed at generic positions of the mechanism, with their ends moved to these positions. The largest
- * rank counts, as for other samples.
+ * A program may move an end of a loop to the position of the other end (loop_place.c), and then switch the loop on.
+ * The place of the description is one of many. The compiled position may be out of reach: a hinge at the origin, whose
+ * tip a pin holds at the origin. Or the position is special: two legs of equal length from one hip, with both feet
+ * pinned at the same point, have three independent equations, but four at other positions. Therefore such loops are
+ * also closed at generic positions of the mechanism, with their ends moved to these positions. The largest rank counts,
+ * as for other samples.
  *
  * Loops that are on at first, groups that a switch closes in the given positions, and models whose parameters cannot be
  * set have their places in the description. Such models keep its rank: at all other places, Bennett's linkage is rigid.
@@ -67,8 +67,10 @@ static void move_places(kt_model *model, kt_pose *pose, const bool *placed, cons
         double x[6];
         if (!closes_anywhere(r) || !placed[r->group])
             continue;
-        const int other = 1 - kt_loop_place_end(r);
-        kt_loop_place_write(kt_pose_compose(pose[r->link[other]], r->frame[other]), x);
+        const int end = kt_loop_place_end(r), other = 1 - end;
+        const kt_pose here = kt_pose_compose(pose[r->link[other]], r->frame[other]);
+        const kt_pose holder = kt_pose_compose(pose[r->link[end]], model->body[r->body[end]].in_link);
+        kt_loop_place_write(r->link[end] == 0 ? here : kt_pose_compose(kt_pose_invert(holder), here), x);
         kt_loop_place_put(model, (int)i, x);
     }
 }

@@ -484,8 +484,9 @@ KT_TEST(wrong_footholds_name_the_fault_and_the_mend) {
     } wrong[] = {
         {"{name: hold, type: distance, between: [world, foot], length: 1}", "{engage_here: hold}",
          "or write {engage: hold}"},
-        {"{name: hold, type: weld, between: [other, foot]}", "{engage_here: hold}", "no end of the loop 'hold'"},
-        {"{name: hold, type: weld, between: [slab, foot]}", "{engage_here: hold}", "no end of the loop 'hold'"},
+        {"{name: hold, type: weld, between: [other, foot.sole]}", "{engage_here: hold}",
+         "is a marker, whose place is fixed"},
+        {"{name: hold, type: weld, between: [slab, foot]}", "{engage_here: hold}", "is fixed to the world"},
         {"{name: hold, type: weld, between: [world, foot]}", "{engage_here: hald}", "did you mean 'hold'"},
         {"{name: hold, type: weld, between: [world, foot]}", "{engage_here: push}", "which has no place"},
         {"{name: hold, type: weld, between: [world, foot]}", "{engage_heer: hold}",
@@ -508,16 +509,17 @@ KT_TEST(wrong_footholds_name_the_fault_and_the_mend) {
     };
     char text[1024];
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
-        (void)snprintf(text, sizeof text,
-                       "kinetree: 1\nparameters: {gain_x: 2}\nexpressions: {angle_rx: 2*t}\n"
-                       "states: {heat_z: {rate: \"angle_rx + gain_x\"}}\nbodies:\n"
-                       "  - {name: foot, joint: {type: free}, mass: 1, inertia: [1, 1, 1]}\n"
-                       "  - {name: other, joint: {type: free}, mass: 1, inertia: [1, 1, 1]}\n"
-                       "  - {name: slide, joint: {type: prismatic}, mass: 1}\n"
-                       "  - {name: slab, joint: {type: fixed}, mass: 1}\n"
-                       "effects: [{name: push, type: joint_spring, joint: slide, stiffness: 1}]\n"
-                       "loops: [%s]\nevents: [{name: a, when: t - 1, then: %s}]\n",
-                       wrong[i].loop, wrong[i].action);
+        (void)snprintf(
+            text, sizeof text,
+            "kinetree: 1\nparameters: {gain_x: 2}\nexpressions: {angle_rx: 2*t}\n"
+            "states: {heat_z: {rate: \"angle_rx + gain_x\"}}\nbodies:\n"
+            "  - {name: foot, joint: {type: free}, mass: 1, inertia: [1, 1, 1], markers: {sole: [0, 0, 0]}}\n"
+            "  - {name: other, joint: {type: free}, mass: 1, inertia: [1, 1, 1]}\n"
+            "  - {name: slide, joint: {type: prismatic}, mass: 1}\n"
+            "  - {name: slab, joint: {type: fixed}, mass: 1}\n"
+            "effects: [{name: push, type: joint_spring, joint: slide, stiffness: 1}]\n"
+            "loops: [%s]\nevents: [{name: a, when: t - 1, then: %s}]\n",
+            wrong[i].loop, wrong[i].action);
         running_check_fault(text, text, NULL, wrong[i].words);
     }
 }

@@ -63,6 +63,14 @@ static void make_chain(chain *c, kt_random *random, kt_loop_type type, int end, 
     c->description = kt_description_of(c->body, BODIES, &c->loop, 1, NULL, 0);
 }
 
+/* Makes the loop of the foot one with the first body, in which the place then is. The second body moves freely on the
+ * first one, so that all equations are independent. */
+static void join_bodies(chain *c) {
+    c->body[1].joint.type = c->body[0].joint.type;
+    c->body[1].joint.axis = kt_vec3_make(0.0, 0.0, 1.0);
+    c->loop.between[1].body = "base";
+}
+
 static kt_model *compile(const chain *c, bool settable) {
     kt_model_options options = kt_model_options_default();
     options.settable = settable;
@@ -124,8 +132,9 @@ static double compare(kt_random *random, kt_model *model, const chain *then, con
     ask(model, q, v, &ours);
     ask(other, q, v, &theirs);
     double worst = difference(&ours, &theirs);
+    const double rounding = then->loop.between[1].body && then->loop.between[0].body ? 1e-14 : 0.0;
     for (int i = 0; i < 3; i++)
-        worst = back[i] != numbers[i] ? (double)NAN : worst;
+        worst = fabs(back[i] - numbers[i]) <= rounding ? worst : (double)NAN;
     return worst;
 }
 
@@ -136,6 +145,8 @@ static void compare_many(bool flat) {
         chain c;
         const int end = kt_random_int(&random, 0, 1);
         make_chain(&c, &random, types[kt_random_int(&random, 0, (int)(sizeof types / sizeof *types) - 1)], end, flat);
+        if (end == 1 && i % 2 == 1)
+            join_bodies(&c);
         kt_model *model = compile(&c, true);
         const kt_vec3 at = random_vector(&random, flat), turn = random_turn(&random, flat);
         const double numbers[] = {at.x, at.y, at.z, turn.x, turn.y, turn.z};
@@ -170,6 +181,8 @@ KT_TEST(loops_are_closed_where_their_body_is) {
         double q[MOST], v[MOST], here[KT_PARAMETER_MAX];
         answer open, shut;
         make_chain(&c, &random, closing[i % 4], i / 4 % 2, i / 8 % 2 == 1);
+        if (i / 4 % 2 == 1 && i % 3 == 0)
+            join_bodies(&c);
         kt_model *model = compile(&c, true);
         kt_data *data = kt_test_data(model);
         random_state(&random, model, q, v);
@@ -261,7 +274,7 @@ KT_TEST(places_that_do_not_exist_are_rejected) {
     kt_check_equal_int("tilted", kt_parameter_set(held, &place, here, &error), KT_ERROR_MODEL);
     kt_check_true("it names the remedy", strstr(error.message, "--plan spatial") != NULL);
     c.loop.between[0].body = "base";
+    c.loop.type = KT_LOOP_SCREW;
     kt_model *inner = compile(&c, true);
-    kt_check_equal_int("between bodies", kt_parameter_find(inner, "loop foot.place", &place, &error),
-                       KT_ERROR_ARGUMENT);
+    kt_check_equal_int("a screw", kt_parameter_find(inner, "loop foot.place", &place, &error), KT_ERROR_ARGUMENT);
 }
