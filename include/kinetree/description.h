@@ -152,6 +152,7 @@ typedef enum kt_switching {
     KT_ALWAYS_ON = 0,   /* cannot be switched */
     KT_SWITCHED_ON,     /* may be switched; on at first */
     KT_SWITCHED_OFF,    /* may be switched; off at first */
+    KT_NEVER_ON,        /* a loop without equations: effects may act in its coordinates, as of a span that is elastic */
     KT_SWITCHING_COUNT, /* the number of values */
 } kt_switching;
 
@@ -204,7 +205,7 @@ typedef struct kt_loop {
     bool coordinates;       /* revolute, prismatic, screw, cylindrical, planar, universal, spherical: records have its
                                positions and velocities, as those of a joint (kt_loop_coordinates); default: false */
     kt_switching switching; /* whether it may be switched on and off while a program runs; default: always on */
-    bool slack;             /* distance: a rope, which only pulls (KT_SIDE_BELOW) */
+    bool slack;             /* distance, span: a rope, which only pulls (KT_SIDE_BELOW) */
     kt_side side;           /* the side that it bounds; default: none, an equation */
     double restitution;     /* of a loop that bounds a side: 0, plastic (default), to 1, elastic */
     double rest_velocity;   /* likewise: slower impacts do not bounce, m/s or rad/s; default 1e-6 */
@@ -501,6 +502,8 @@ typedef struct kt_description {
     kt_inertia_limit inertia_check; /* default: strict. Otherwise kt_inertia_excess returns the accepted violation */
     const kt_auxiliary_state *states; /* auxiliary states */
     int state_count;                  /* length of states */
+    const kt_lookup *tables;          /* tables that formulas of effects, states and couplings may call */
+    int table_count;                  /* length of tables */
 } kt_description;
 
 /* Returns a struct with the default values: axes z, no forces. */

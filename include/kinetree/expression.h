@@ -24,7 +24,7 @@
  *     sum          product {(+ | -) product}                               from left to right
  *     product      factor {(* | /) factor}                                 from left to right
  *     factor       (- | +) factor | primary [^ factor]                     -2^2 is -4, 2^3^2 is 2^9
- *     primary      number [deg | rad] | name | function(arguments) | (condition)
+ *     primary      number [deg | rad] | name | function(arguments) | table(arguments) | (condition)
  *
  * A number is decimal, such as 1e-3. A name begins with a letter or _, and may have letters, digits, _, dots and [k].
  * A name may have hyphens, too, if a symbol with this name exists: a-b is a difference unless there is a symbol 'a-b'.
@@ -33,6 +33,7 @@
 #ifndef KINETREE_EXPRESSION_H
 #define KINETREE_EXPRESSION_H
 
+#include "kinetree/lookup.h"
 #include "kinetree/status.h"
 
 #include <stdbool.h>
@@ -91,7 +92,10 @@ typedef struct kt_symbols {
     /* Returns the k-th name, k from 0, for "did you mean"; NULL beyond the last. May be NULL: messages suggest no name.
      */
     const char *(*list)(void *user, int k);
-    void *user; /* passed to both */
+    void *user;              /* passed to both */
+    const kt_lookup *tables; /* the tables that a formula may call; NULL: none. A name of `find` hides a table */
+    int table_count;         /* length of tables */
+    const double *compiled;  /* for the library, which compiles the tables of models. NULL: calls of tables yield NaN */
 } kt_symbols;
 
 /* Returns the bytes of memory that a formula of this text takes at most; 0 if text is NULL. O(length). */

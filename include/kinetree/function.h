@@ -8,6 +8,7 @@
 #ifndef KINETREE_FUNCTION_H
 #define KINETREE_FUNCTION_H
 
+#include "kinetree/lookup.h"
 #include "kinetree/status.h"
 
 #include <stdbool.h>
@@ -29,13 +30,6 @@ typedef enum kt_function_type {
     KT_FUNCTION_PRODUCT,    /* of other functions */
     KT_FUNCTION_EXPRESSION, /* a formula of t in text */
 } kt_function_type;
-
-/* The interpolation between the rows of a table: straight lines, a cubic spline, or cubics without overshoot. */
-typedef enum kt_interpolation {
-    KT_INTERPOLATION_LINEAR = 0 /* lines */,
-    KT_INTERPOLATION_CUBIC /* spline */,
-    KT_INTERPOLATION_MONOTONE /* cubics without overshoot */
-} kt_interpolation;
 
 /* A scalar function of time. Only the members of its type are used. */
 typedef struct kt_function {

@@ -14,6 +14,7 @@
 #include "kinetree/function.h"
 #include "kinetree/instant.h"
 #include "kinetree/joint.h"
+#include "kinetree/lookup.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/method.h"

@@ -15,7 +15,7 @@ from claims import claim, finish, note
 from folders import PLACES, ROOMS, STOREYS
 
 # Faces with another name than their room's.
-FACES = {"status": "base", "description": "model", "descriptor": "model", "quantity": "model", "function": "model", "body": "model", "import": "robot", "export": "robot",
+FACES = {"status": "base", "description": "model", "descriptor": "model", "quantity": "model", "function": "model", "lookup": "expression", "body": "model", "import": "robot", "export": "robot",
          "method": "integrator", "stability": "integrator", "run": "step", "record": "step", "equations": "step", "instant": "step", "simulation": "step",
          "formulation": "compare", "dae": "compare", "study": "compare", "build": "parts", "ensemble": "batch", "closure": "assembly", "mechanism": "evaluate",
          "kinetree": None, "experimental": None}

@@ -42,7 +42,7 @@ CODE = [
      ("lib/mechanics/evaluate/singular_crossing.c", "include/kinetree/model.h", "lib/motion/simulation/simulation_step.c", "lib/motion/simulation/fail.c", "lib/motion/simulation/checkpoint_words.c", "apps/kinetree/")),
     ("rise", "time_derivative", ("apps/embed/",)),
     ("slopes", "jacobian; stages k_i, and of tables", ("lib/motion/integrator/", "include/kinetree/integrator.h", "include/kinetree/method.h", "lib/motion/simulation/", "lib/motion/sensitivity/", "lib/study/compare/dae.c",
-      "include/kinetree/function.h", "lib/model/model/curve.c", "lib/model/model/check_function.c", "lib/files/scene/scene_function.c", "apps/firmware/left_out.c")),
+      "include/kinetree/function.h", "lib/math/expression/lookup.", "lib/model/model/curve.c", "lib/model/model/check_function.c", "lib/files/scene/scene_function.c", "apps/firmware/left_out.c")),
     ("fold", "make_reflector", ()),
     ("unfold", "expand_reflector", ()),
     ("come_nearer", "nearest_on_manifold", ()),

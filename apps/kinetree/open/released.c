@@ -32,7 +32,7 @@ bool kt_is_released(const kt_simulation *simulation, const char *name) {
 const char *kt_switched_name(const kt_description *d, int k) {
     const kt_switching switching = k < d->loop_count ? d->loops[k].switching : d->effects[k - d->loop_count].switching;
     const char *name = k < d->loop_count ? d->loops[k].name : d->effects[k - d->loop_count].name;
-    return switching != KT_ALWAYS_ON ? name : NULL;
+    return switching != KT_ALWAYS_ON && switching != KT_NEVER_ON ? name : NULL;
 }
 
 uint64_t kt_released_set(const kt_scene *scene, const kt_simulation *simulation) {

@@ -6,6 +6,7 @@
 
 #include "base/grow.h"
 #include "base/memory.h"
+#include "expression/lookup.h"
 #include "kinetree/descriptor.h"
 #include "kinetree/expression.h"
 #include "kinetree/loop.h"
@@ -279,6 +280,7 @@ struct kt_own_columns {
     const kt_scene *scene;
     void **memory; /* of each formula */
     const kt_expression **formula;
+    double *tables; /* of formulas, compiled one behind the other */
 };
 
 /* ---- own columns: all that formulas may read --------------------------------------------------------------------- */
@@ -359,7 +361,12 @@ static unsigned use_symbols(kt_own_columns *own, const kt_expression *formula) {
 
 static kt_status read_own_formula(kt_own_columns *own, int k, unsigned *record, kt_error *error) {
     const kt_scene_column *column = &own->scene->columns[k];
-    const kt_symbols symbols = {.find = find_record_symbol, .list = list_record_symbol, .user = &own->all};
+    const kt_symbols symbols = {.find = find_record_symbol,
+                                .list = list_record_symbol,
+                                .user = &own->all,
+                                .tables = own->scene->description.tables,
+                                .table_count = own->scene->description.table_count,
+                                .compiled = own->tables};
     const size_t size = kt_expression_size(column->formula);
     kt_error from = {0};
     own->memory[k] = malloc(size);
@@ -385,9 +392,23 @@ static void free_own(kt_own_columns *own) {
         kt_columns_free(&own->all);
         free(own->memory);
         free((void *)own->formula);
+        free(own->tables);
         free(own->is_used);
     }
     free(own);
+}
+
+/* Compiles the tables that formulas call, one behind the other; NULL: memory is insufficient. */
+static double *compile_tables(const kt_description *description) {
+    size_t count = 0;
+    for (int k = 0; k < description->table_count; k++)
+        count += kt_lookup_numbers(&description->tables[k]);
+    double *tables = malloc((count + 1) * sizeof *tables), *to = tables;
+    for (int k = 0; tables != NULL && k < description->table_count; k++) {
+        kt_lookup_compile(&description->tables[k], to);
+        to += kt_lookup_numbers(&description->tables[k]);
+    }
+    return tables;
 }
 
 static kt_status create_own(const kt_scene *scene, const kt_model *model, kt_own_columns **own, unsigned *record,
@@ -400,7 +421,9 @@ static kt_status create_own(const kt_scene *scene, const kt_model *model, kt_own
     made->scene = scene;
     made->memory = calloc((size_t)scene->column_count + 1, sizeof *made->memory);
     made->formula = calloc((size_t)scene->column_count + 1, sizeof *made->formula);
-    const bool fine = made->memory != NULL && made->formula != NULL && kt_columns_list_all(&made->all, scene, model);
+    made->tables = compile_tables(&scene->description);
+    const bool fine = made->tables != NULL && made->memory != NULL && made->formula != NULL &&
+                      kt_columns_list_all(&made->all, scene, model);
     made->is_used = fine ? calloc(made->all.count + 1, sizeof *made->is_used) : NULL;
     kt_status status = made->is_used != NULL ? KT_OK : kt_reject_memory(error);
     for (int k = 0; k < scene->column_count && status == KT_OK; k++)

@@ -89,8 +89,10 @@ const kt_expression *kt_export_parse(kt_export *x, const char *text, const kt_sy
     const size_t size = kt_expression_size(text);
     void *memory = size > 0 ? kt_pool_take(&x->pool, size, 1) : NULL;
     const kt_expression *parsed = NULL;
+    kt_symbols without_tables = *symbols; /* no format of robots has tables */
     kt_error ignored;
-    if (memory == NULL || kt_expression_parse(text, symbols, memory, size, &parsed, NULL, &ignored) != KT_OK)
+    without_tables.table_count = 0;
+    if (memory == NULL || kt_expression_parse(text, &without_tables, memory, size, &parsed, NULL, &ignored) != KT_OK)
         return NULL;
     return parsed;
 }

@@ -94,7 +94,7 @@ static int find_loop_of_part(const kt_export *x, const int sliders[3]) {
 /* Whether the formula is - sum_i factor_i |d_i|; finds the factors. The slider is the first variable. */
 static bool fit_length(kt_export *x, const kt_loop *loop, found_length *f) {
     static const double numbers[] = {0.3, -1.2, 0.7, 2.1, -0.4, 1.6, 0.9};
-    kt_coupling_names names = {.loop = loop};
+    kt_coupling_names names = {.description = x->d, .loop = loop};
     const kt_symbols symbols = kt_coupling_symbols(&names);
     const kt_expression *formula = kt_export_parse(x, loop->formula, &symbols);
     double at[KT_FORMULA_VARIABLE_MAX];

@@ -59,7 +59,7 @@ static bool is_polynomial(const relation *r, double slope, const double a[5]) {
 
 bool kt_export_polynomial(kt_export *x, const kt_loop *loop, int own, double a[5]) {
     relation r = {.loop = loop, .own = own};
-    kt_coupling_names names = {.loop = loop};
+    kt_coupling_names names = {.description = x->d, .loop = loop};
     const kt_symbols symbols = kt_coupling_symbols(&names);
     double by_y[3], by_x[3];
     if (kt_loop_has_formula(loop) && (r.formula = kt_export_parse(x, loop->formula, &symbols)) == NULL)

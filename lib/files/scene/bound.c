@@ -10,6 +10,7 @@
 #include "expression/part.h"
 #include "kinetree/dynamics.h"
 #include "kinetree/mechanism.h"
+#include "model/formula_names.h"
 #include "scene/scene_event.h"
 
 #include <stdlib.h>
@@ -78,7 +79,8 @@ static bool find_variable(void *user, const char *name, kt_symbol *symbol) {
 
 bool kt_formula_is_comparison(const kt_description *description, const char *text) {
     names any = {.description = description};
-    const kt_symbols symbols = {.find = find_variable, .user = &any};
+    const kt_symbols symbols = {
+        .find = find_variable, .user = &any, .tables = description->tables, .table_count = description->table_count};
     const size_t size = kt_expression_size(text);
     const kt_expression *expression = NULL;
     kt_expression *memory = malloc(2 * size);
@@ -139,7 +141,11 @@ kt_status kt_formula_bind(const kt_binding *in, const kt_scene *scene, const cha
                .variables = kt_pool_take(pool, room + 1, sizeof(kt_bound)),
                .room = (int)room,
                .error = error};
-    const kt_symbols symbols = {.find = find_variable, .user = &n};
+    const kt_symbols symbols = {.find = find_variable,
+                                .user = &n,
+                                .tables = scene->description.tables,
+                                .table_count = scene->description.table_count,
+                                .compiled = kt_model_tables(in->model)};
     const kt_expression *expression = NULL;
     to->expression = kt_pool_take(pool, size, 1);
     kt_expression *margin = is_watched ? kt_pool_take(pool, size, 1) : NULL;

@@ -82,8 +82,9 @@ static bool are_same(const kt_expression_term *term, factor a, factor b) {
     bool same = a.end - a.begin == b.end - b.begin;
     for (size_t i = 0; same && i < a.end - a.begin; i++) {
         const kt_expression_term *x = &term[a.begin + i], *y = &term[b.begin + i];
-        same = x->code == y->code && (x->code != KT_OPERATOR_NUMBER || x->number == y->number) &&
-               (x->code != KT_OPERATOR_SYMBOL || x->symbol == y->symbol);
+        same =
+            x->code == y->code && (x->code != KT_OPERATOR_NUMBER || x->number == y->number) &&
+            ((x->code != KT_OPERATOR_SYMBOL && !kt_operator_is_lookup((kt_operator)x->code)) || x->symbol == y->symbol);
     }
     return same;
 }
@@ -208,7 +209,10 @@ bool kt_check_crossing(kt_reader *r, const kt_scope *scope, kt_node *node, const
     const size_t size = kt_expression_size(text);
     variables found = {
         .r = r, .known = known, .names = kt_pool_take(&r->scratch, strlen(text) + 1, sizeof *found.names)};
-    const kt_symbols symbols = {.find = find_any, .user = &found};
+    const kt_symbols symbols = {.find = find_any,
+                                .user = &found,
+                                .tables = r->scene->description->tables,
+                                .table_count = r->scene->description->table_count};
     kt_expression *expression = kt_pool_take(&r->scratch, size, 1), *margin = kt_pool_take(&r->scratch, size, 1);
     const kt_expression *parsed = NULL;
     if (expression == NULL || margin == NULL || found.names == NULL)

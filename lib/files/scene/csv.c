@@ -1,4 +1,4 @@
-/* A table of a function of time in a file of comma-separated values:
+/* A table of a function of time, or a lookup table, in a file of comma-separated values:
  *
  *     # made by a planner
  *     time [ms],shoulder [deg],elbow [deg]
@@ -266,20 +266,30 @@ static bool read_cell(const reading *f, const char *end, int column, const kt_un
     return true;
 }
 
-static bool read_csv_rows(reading *f, const int column[2], const kt_unit *const of[2], double *rows, int *count) {
+/* The columns of a table, with their units. */
+typedef struct csv_columns {
+    int count;
+    bool is_of_time; /* the first one is the time, which increases */
+    int at[3];
+    const kt_unit *of[3];
+} csv_columns;
+
+static bool read_csv_rows(reading *f, const csv_columns *columns, double *rows, int *count) {
     const char *end;
     *count = 0;
     while (next_csv_line(f, &end)) {
-        double *row = rows + 2 * (ptrdiff_t)*count;
-        if (!read_cell(f, end, column[0], of[0], &row[0]) || !read_cell(f, end, column[1], of[1], &row[1]))
-            return false;
-        if (*count > 0 && !(row[0] > row[-2]))
-            return fault(f, cell_at(f->begin, end, column[0]).from,
+        double *row = rows + columns->count * (ptrdiff_t)*count;
+        for (int k = 0; k < columns->count; k++)
+            if (!read_cell(f, end, columns->at[k], columns->of[k], &row[k]))
+                return false;
+        if (columns->is_of_time && *count > 0 && !(row[0] > row[-2]))
+            return fault(f, cell_at(f->begin, end, columns->at[0]).from,
                          "the time %.9g s follows %.9g s; times must increase, remove one of the rows", row[0],
                          row[-2]);
         ++*count;
     }
-    return *count >= 2 || fault(f, NULL, "the table has less than two rows; a function of time needs two or more");
+    return *count >= 2 || !columns->is_of_time ||
+           fault(f, NULL, "the table has less than two rows; a function of time needs two or more");
 }
 
 /* The unit, other than that of SI, of values in `si` that a name without a unit seems to have: "y (deg)", "y[deg]". It
@@ -317,15 +327,24 @@ static bool fault_unit(const reading *f, const char *end, int column, const kt_u
                  (int)strcspn(si, "|"), si, of->name);
 }
 
-static bool read_csv_file(reading *f, const kt_csv_choice *choice, kt_quantity quantity, const double **rows,
-                          int *count) {
-    const char *end;
-    int column[2];
-    const kt_unit *of[2];
-    if (strncmp(f->at, "\xEF\xBB\xBF", 3) == 0)
-        f->at += 3;
-    if (!next_csv_line(f, &end))
-        return fault(f, NULL, "the file has no header, whose names choose the columns");
+/* Reads the lines behind the header into memory of the scene. */
+static bool keep_csv_rows(reading *f, const csv_columns *columns, const double **rows, int *count) {
+    size_t lines = 1;
+    for (const char *c = f->at; *c != '\0'; c++)
+        lines += *c == '\n';
+    double *made = kt_pool_take(&f->r->keep, (size_t)columns->count * lines, sizeof *made);
+    if (made == NULL)
+        return kt_reader_out_of_memory(f->r);
+    *rows = made;
+    return read_csv_rows(f, columns, made, count);
+}
+
+/* The columns of a function of time. Its header ends at `end`. */
+static bool choose_time_columns(reading *f, const char *end, const kt_csv_choice *choice, kt_quantity quantity,
+                                csv_columns *columns) {
+    int *const column = columns->at;
+    const kt_unit **const of = columns->of;
+    *columns = (csv_columns){.count = 2, .is_of_time = true};
     if (!choose_csv_column(f, end, "time", choice->time, -1, &column[0]) ||
         !choose_csv_column(f, end, "value", choice->value, column[0], &column[1]))
         return false;
@@ -344,18 +363,59 @@ static bool read_csv_file(reading *f, const kt_csv_choice *choice, kt_quantity q
         quantity != KT_QUANTITY_ANGLE && quantity != KT_QUANTITY_RATE)
         return fault(f, cell_at(f->begin, end, column[1]).from,
                      "the unit is that of an angle, and this function is none; state another unit");
-    size_t lines = 1;
-    for (const char *c = f->at; *c != '\0'; c++)
-        lines += *c == '\n';
-    double *made = kt_pool_take(&f->r->keep, 2 * lines, sizeof *made);
-    if (made == NULL)
-        return kt_reader_out_of_memory(f->r);
-    *rows = made;
-    return read_csv_rows(f, column, of, made, count);
+    return true;
 }
 
-bool kt_read_csv(kt_reader *r, const kt_scope *scope, kt_node *file, const kt_csv_choice *choice, kt_quantity quantity,
-                 const double **rows, int *count) {
+/* The columns of a lookup table, by their names or, without names, by their order. */
+static bool choose_lookup_columns(reading *f, const char *end, const char *const names[3], csv_columns *columns) {
+    const int cells = count_cells(f->begin, end);
+    const bool is_named = names[0] != NULL || names[1] != NULL || names[2] != NULL;
+    char header[256];
+    *columns = (csv_columns){.count = is_named ? 2 + (names[1] != NULL) : cells};
+    if (columns->count < 2 || columns->count > 3)
+        return fault(f, f->begin, "give `x`, `y` and `value` the names of columns%s",
+                     quote_header(f, end, "they are", header));
+    for (int k = 0; k < columns->count; k++) {
+        const char *name = names[columns->count == 2 && k == 1 ? 2 : k];
+        static const char *const keys[] = {"x", "y", "value"};
+        const char *key = keys[columns->count == 2 && k == 1 ? 2 : k];
+        columns->at[k] = k;
+        if (is_named && name == NULL)
+            return fault(f, f->begin, "give `%s` the name of a column, too%s", key,
+                         quote_header(f, end, "they are", header));
+        if (is_named && !choose_csv_column(f, end, key, name, -1, &columns->at[k]))
+            return false;
+        columns->of[k] = csv_unit_of(f, end, columns->at[k], NULL, key);
+        if (columns->of[k] == NULL || !check_unread_unit(f, end, columns->at[k], NULL, key, columns->of[k]->si))
+            return false;
+    }
+    return true;
+}
+
+/* A file that is being read: a function of time, or a lookup table. */
+typedef struct csv_target {
+    const kt_csv_choice *choice; /* NULL: a lookup table */
+    kt_quantity quantity;
+    const char *const *names;
+    int *inputs;
+} csv_target;
+
+static bool read_csv_file(reading *f, const csv_target *target, const double **rows, int *count) {
+    const char *end;
+    csv_columns columns;
+    if (strncmp(f->at, "\xEF\xBB\xBF", 3) == 0)
+        f->at += 3;
+    if (!next_csv_line(f, &end))
+        return fault(f, NULL, "the file has no header, whose names choose the columns");
+    const bool chosen = target->choice != NULL ? choose_time_columns(f, end, target->choice, target->quantity, &columns)
+                                               : choose_lookup_columns(f, end, target->names, &columns);
+    if (chosen && target->inputs != NULL)
+        *target->inputs = columns.count - 1;
+    return chosen && keep_csv_rows(f, &columns, rows, count);
+}
+
+static bool read_csv(kt_reader *r, const kt_scope *scope, kt_node *file, const csv_target *target, const double **rows,
+                     int *count) {
     char *text = NULL;
     size_t size = 0;
     kt_error error = {0};
@@ -371,8 +431,20 @@ bool kt_read_csv(kt_reader *r, const kt_scope *scope, kt_node *file, const kt_cs
     }
     memcpy(ended, text, size);
     f.at = f.begin = ended;
-    const bool good = strlen(ended) == size ? read_csv_file(&f, choice, quantity, rows, count)
+    const bool good = strlen(ended) == size ? read_csv_file(&f, target, rows, count)
                                             : fault(&f, NULL, "the file has bytes of zero; it is no text");
     free(text);
     return good;
+}
+
+bool kt_read_csv(kt_reader *r, const kt_scope *scope, kt_node *file, const kt_csv_choice *choice, kt_quantity quantity,
+                 const double **rows, int *count) {
+    const csv_target target = {.choice = choice, .quantity = quantity};
+    return read_csv(r, scope, file, &target, rows, count);
+}
+
+bool kt_read_csv_lookup(kt_reader *r, const kt_scope *scope, kt_node *file, const char *const names[3], int *inputs,
+                        const double **rows, int *count) {
+    const csv_target target = {.names = names, .inputs = inputs};
+    return read_csv(r, scope, file, &target, rows, count);
 }

@@ -1,4 +1,4 @@
-/* Tables of functions of time in CSV files (csv.c), and names of files near a scene. */
+/* Tables in CSV files (csv.c), and names of files near a scene. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SCENE_CSV_H
 #define KT_SCENE_CSV_H
@@ -18,5 +18,10 @@ const char *kt_path_near(kt_reader *r, const char *name);
  * with their line and column, at the node of its name, and returns false. */
 bool kt_read_csv(kt_reader *r, const kt_scope *scope, kt_node *file, const kt_csv_choice *choice, kt_quantity quantity,
                  const double **rows, int *count);
+
+/* Reads the rows x, z or x, y, z of a lookup table, likewise. names: of the columns x, y and z; all NULL: the two or
+ * three columns of the file. The units of the columns are those of the header. */
+bool kt_read_csv_lookup(kt_reader *r, const kt_scope *scope, kt_node *file, const char *const names[3], int *inputs,
+                        const double **rows, int *count);
 
 #endif

@@ -53,6 +53,7 @@ static const kt_field fields[] = {
     {.key = "name", .kind = &kt_kind_text, AT(description.name)},
     {.key = "parameters", .kind = &kind_parameters},
     {.key = "expressions", .kind = &kind_parameters},
+    {.key = "tables", .kind = &kt_kind_tables, .flags = KT_FIELD_SECTION},
     {.key = "gravity", .kind = &kt_kind_vector, AT(description.gravity)},
     {.key = "inertia_check", .kind = &kt_kind_choice, AT(description.inertia_check), .detail = &limits},
     {.key = "beams", .kind = &kind_parameters},
@@ -259,6 +260,7 @@ static void read_scene_text(kt_reader *r, const char *path, const char *text, si
     kt_expressions_list(r);
     hide_sections(r);
     kt_parameters_read(r);
+    kt_tables_read(r, &scene->description);
     kt_assignments_add_states(r, &scene->description);
     kt_beams_expand(r);
     kt_footholds_expand(r);

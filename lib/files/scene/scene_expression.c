@@ -213,6 +213,16 @@ static bool names_motion(const char *text) {
     return strncmp(text, "position.", 9) == 0 || strncmp(text, "velocity.", 9) == 0;
 }
 
+/* Whether a text begins with the name of a lookup table. */
+static bool names_table(const kt_reader *r, const char *text) {
+    const kt_description *d = r->scene->description;
+    const size_t length = strspn(text, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_");
+    for (int k = 0; k < d->table_count; k++)
+        if (strlen(d->tables[k].name) == length && strncmp(d->tables[k].name, text, length) == 0)
+            return true;
+    return false;
+}
+
 /* Reads a formula whose expressions are written out; NULL after reporting a fault. */
 static const kt_expression *parse_written(kt_reader *r, const kt_scope *scope, const kt_written *written,
                                           const kt_symbols *symbols, bool is_of_time) {
@@ -223,6 +233,11 @@ static const kt_expression *parse_written(kt_reader *r, const kt_scope *scope, c
         (void)kt_error_set(&error, KT_ERROR_SCENE, "",
                            "a function of time cannot use positions or velocities; for a force that depends on the "
                            "motion, use an effect of the type 'expression'");
+    if (expression == NULL && is_of_time && at >= 0 && names_table(r, written->text + at))
+        (void)kt_error_set(
+            &error, KT_ERROR_SCENE, "",
+            "a function of time calls no lookup table; write {table: ROWS}, or use an effect of the type "
+            "'expression'");
     if (expression == NULL && !r->out_of_memory && !follows_from_names(r, written->text, &error))
         (void)kt_written_fault(r, scope, written, at, error.message);
     return expression;
@@ -231,12 +246,18 @@ static const kt_expression *parse_written(kt_reader *r, const kt_scope *scope, c
 bool kt_read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_symbols *variables, bool angle,
                      const char **text) {
     kt_formula_names names = {.r = r, .variables = variables, .node = node};
-    const kt_symbols symbols = {.find = find_either, .list = list_either, .user = &names};
+    const bool is_of_time = variables->find == kt_time_symbols().find;
+    const kt_description *description = r->scene->description;
+    const kt_symbols symbols = {.find = find_either,
+                                .list = list_either,
+                                .user = &names,
+                                .tables = description->tables,
+                                .table_count = is_of_time ? 0 : description->table_count};
     const bool hidden = node->faulty || r->scene->parameters_are_hidden;
     kt_written written;
     const kt_expression *expression = NULL;
     if (!hidden && kt_write_out(r, scope, node, variables, &written))
-        expression = parse_written(r, scope, &written, &symbols, variables->find == kt_time_symbols().find);
+        expression = parse_written(r, scope, &written, &symbols, is_of_time);
     if (expression == NULL || names.waits) {
         node->faulty = true;
         return false;

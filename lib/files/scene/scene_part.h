@@ -12,8 +12,10 @@ extern const kt_table kt_graph_joint_table; /* kt_graph_joint */
 typedef struct kt_items kt_items;
 
 /* Sections, of a kt_scene; lists of items (items.c). */
-extern const kt_kind kt_kind_states, kt_kind_columns, kt_kind_joints;
+extern const kt_kind kt_kind_states, kt_kind_columns, kt_kind_joints, kt_kind_tables;
 extern const kt_items kt_bodies, kt_loops, kt_effects, kt_meshes;
+/* Reads the section `tables`, before formulas are read. */
+void kt_tables_read(kt_reader *r, kt_description *description);
 /* Once all else is read: checks the expressions that nothing has used, as formulas of columns. */
 void kt_expressions_check(kt_reader *r);
 

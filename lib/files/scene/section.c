@@ -6,7 +6,7 @@
 #include <stddef.h>
 
 /* Whether it acts throughout (kt_switching). */
-static const char *const switching_names[] = {"always", "on", "off"};
+static const char *const switching_names[] = {"always", "on", "off", "never"};
 static const kt_choice switchings = {"switched", switching_names, KT_SWITCHING_COUNT, 0, NULL};
 
 #define AT(item, member) .offset = offsetof(item, member)

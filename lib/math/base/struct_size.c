@@ -70,6 +70,7 @@
     X(kt_link_tree)                                                                                                    \
     X(kt_graph_joint)                                                                                                  \
     X(kt_graph_choice)                                                                                                 \
+    X(kt_lookup)                                                                                                       \
     X(kt_loop)                                                                                                         \
     X(kt_loop_disagreement)                                                                                            \
     X(kt_loop_group)                                                                                                   \

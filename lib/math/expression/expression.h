@@ -24,13 +24,16 @@ typedef enum kt_operator {
     KT_OPERATOR_GREATER_EQUAL,
     KT_OPERATOR_EQUAL,
     KT_OPERATOR_NOT_EQUAL,
-    KT_EXPRESSION_FUNCTION_LIST(KT_FUNCTION_OPERATOR)
+    KT_EXPRESSION_FUNCTION_LIST(KT_FUNCTION_OPERATOR) /* and tables of one input and of two: */
+    KT_OPERATOR_LOOKUP,
+    KT_OPERATOR_LOOKUP2
 } kt_operator;
 
 typedef struct kt_expression_term {
-    double number;  /* KT_OPERATOR_NUMBER */
-    int32_t symbol; /* KT_OPERATOR_SYMBOL: its index; KT_OPERATOR_NUMBER with a name: the column of the name in the
-                       text, from 1; else 0 */
+    double number;  /* KT_OPERATOR_NUMBER; KT_OPERATOR_LOOKUP, _LOOKUP2: how far the table lies behind the term, in
+                       doubles; 0: it was not compiled */
+    int32_t symbol; /* KT_OPERATOR_SYMBOL, _LOOKUP, _LOOKUP2: index; KT_OPERATOR_NUMBER with a name: the column of the
+                       name in the text, from 1; else 0 */
     int32_t code;   /* kt_operator */
 } kt_expression_term;
 
@@ -40,13 +43,19 @@ struct kt_expression {
     kt_expression_term term[];
 };
 
-/* The result of an operator; y is not read if the operator takes one value. */
+/* The result of an operator, which is no lookup table; y is not read if the operator takes one value. */
 double kt_operator_value(kt_operator code, double x, double y);
 
 /* Whether an operator takes two values from the stack; else it is unary. */
 static inline bool kt_operator_is_binary(kt_operator code) {
     return (code >= KT_OPERATOR_ADD && code <= KT_OPERATOR_NOT_EQUAL) || code == KT_OPERATOR_ATAN2 ||
-           code == KT_OPERATOR_MIN || code == KT_OPERATOR_MAX || code == KT_OPERATOR_HYPOT;
+           code == KT_OPERATOR_MIN || code == KT_OPERATOR_MAX || code == KT_OPERATOR_HYPOT ||
+           code == KT_OPERATOR_LOOKUP2;
+}
+
+/* Whether an operator is a lookup table. */
+static inline bool kt_operator_is_lookup(kt_operator code) {
+    return code == KT_OPERATOR_LOOKUP || code == KT_OPERATOR_LOOKUP2;
 }
 
 /* Whether a term is a number or a symbol, which is put on the stack. */

@@ -16,6 +16,7 @@
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "expression/formula_breakpoint.h"
+#include "expression/lookup.h"
 
 #include <float.h>
 #include <math.h>
@@ -189,6 +190,13 @@ static double seek_change(search *s, double t, double limit, bool *known) {
 
 static const double horizon = 1e12; /* s: no run is as long */
 
+/* The lowest derivative that may jump at a row of a table: the slope of lines, or the second derivative. */
+static int jump_of_table(const double *table) {
+    const bool is_smooth = table != NULL && table[KT_LOOKUP_INTERPOLATION] != KT_INTERPOLATION_LINEAR &&
+                           table[KT_LOOKUP_OUTSIDE] != KT_OUTSIDE_HOLD;
+    return is_smooth ? 2 : 1;
+}
+
 /* The lowest derivative that may jump at a change of branch; 3: there are no branches. */
 static int jump_of(const kt_expression *expression) {
     int order = 3;
@@ -199,6 +207,8 @@ static int jump_of(const kt_expression *expression) {
         else if (code == KT_OPERATOR_SIGN || code == KT_OPERATOR_STEP ||
                  (code >= KT_OPERATOR_LESS && code <= KT_OPERATOR_NOT_EQUAL))
             order = 0;
+        else if (kt_operator_is_lookup(code) && jump_of_table(kt_lookup_of(&expression->term[i])) < order)
+            order = jump_of_table(kt_lookup_of(&expression->term[i]));
     }
     return order;
 }

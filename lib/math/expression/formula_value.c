@@ -14,9 +14,11 @@
 #include "algebra/elementary.h"
 #include "expression/expression.h"
 #include "expression/formula_breakpoint.h"
+#include "expression/lookup.h"
 #include "expression/wide.h"
 
 #include <math.h>
+#include <string.h>
 
 /* ---- values ------------------------------------------------------------------------------------------------------ */
 
@@ -26,6 +28,11 @@ static double value_with_wide_numbers(const kt_expression *expression, const dou
     double wide;
     kt_expression_wide(expression, values, NULL, NULL, 0, &wide);
     return isfinite(wide) ? wide : usual;
+}
+
+static kt_lookup_value lookup_of(const kt_expression_term *term, double x, double y) {
+    const kt_lookup_piece piece = kt_lookup_piece_at(kt_lookup_of(term), x, y);
+    return kt_lookup_evaluate(&piece, x, y);
 }
 
 /* The operators of sums and products come first, because most operators of a formula are sums and products. */
@@ -58,6 +65,13 @@ double kt_expression_evaluate(const kt_expression *expression, const double *val
         case KT_OPERATOR_MULTIPLY:
             top--;
             top[0] *= top[1];
+            break;
+        case KT_OPERATOR_LOOKUP:
+            *top = lookup_of(term, *top, 0.0).z;
+            break;
+        case KT_OPERATOR_LOOKUP2:
+            top--;
+            *top = lookup_of(term, top[0], top[1]).z;
             break;
         default:
             if (kt_operator_is_binary((kt_operator)term->code)) {
@@ -94,6 +108,14 @@ static uint64_t branch_of(kt_operator code, double x, double y) {
     }
 }
 
+/* The bits of the inputs at which the piece of a table begins. */
+static uint64_t piece_of_table(const kt_expression_term *term, double x, double y) {
+    const kt_lookup_piece piece = kt_lookup_piece_at(kt_lookup_of(term), x, y);
+    uint64_t low[2];
+    memcpy(low, piece.low, sizeof low);
+    return low[0] ^ (low[1] << 1U);
+}
+
 uint64_t kt_expression_branches(const kt_expression *expression, const double *values) {
     static const uint64_t prime = 1099511628211U; /* Fowler, Noll and Vo */
     double stack[KT_EXPRESSION_DEPTH_MAX + 1] = {0.0};
@@ -103,8 +125,10 @@ uint64_t kt_expression_branches(const kt_expression *expression, const double *v
             stack[w.at] = w.code == KT_OPERATOR_NUMBER ? w.term->number : values[w.term->symbol];
             continue;
         }
-        hash = (hash ^ branch_of(w.code, stack[w.at], stack[w.other])) * prime;
-        stack[w.at] = kt_operator_value(w.code, stack[w.at], stack[w.other]);
+        const double x = stack[w.at], y = stack[w.other];
+        const bool is_lookup = kt_operator_is_lookup(w.code);
+        hash = (hash ^ (is_lookup ? piece_of_table(w.term, x, y) : branch_of(w.code, x, y))) * prime;
+        stack[w.at] = is_lookup ? lookup_of(w.term, x, y).z : kt_operator_value(w.code, x, y);
     }
     return hash;
 }
@@ -215,15 +239,23 @@ typedef struct kt_taylor {
 
 static double partial_product(double partial, double change) { return change != 0.0 ? partial * change : 0.0; }
 
-static kt_taylor apply_operator(kt_operator code, kt_taylor x, kt_taylor y) {
-    const double value = kt_operator_value(code, x.v, y.v);
-    const kt_partials f = partials_of(code, x.v, y.v, value);
+static kt_taylor apply_partials(double value, kt_partials f, kt_taylor x, kt_taylor y) {
     return (kt_taylor){
         .v = value,
         .d = partial_product(f.x, x.d) + partial_product(f.y, y.d),
         .dd = partial_product(f.x, x.dd) + partial_product(f.y, y.dd) + partial_product(f.xx, x.d * x.d) +
               2.0 * partial_product(f.xy, x.d * y.d) + partial_product(f.yy, y.d * y.d),
     };
+}
+
+static kt_taylor apply_operator(const kt_expression_term *term, kt_taylor x, kt_taylor y) {
+    const kt_operator code = (kt_operator)term->code;
+    if (kt_operator_is_lookup(code)) {
+        const kt_lookup_value f = lookup_of(term, x.v, y.v);
+        return apply_partials(f.z, (kt_partials){.x = f.x, .y = f.y, .xx = f.xx, .xy = f.xy}, x, y);
+    }
+    const double value = kt_operator_value(code, x.v, y.v);
+    return apply_partials(value, partials_of(code, x.v, y.v, value), x, y);
 }
 
 /* The value of a number or a symbol. */
@@ -257,7 +289,7 @@ void kt_expression_taylor(const kt_expression *expression, const double *values,
     const kt_taylor none = {.v = 0.0};
     for (kt_postfix w = kt_postfix_begin(expression); kt_postfix_next(&w);)
         stack[w.at] = w.is_leaf ? taylor_of_leaf(w.term, values, rates, second)
-                                : apply_operator(w.code, stack[w.at], w.is_binary ? stack[w.other] : none);
+                                : apply_operator(w.term, stack[w.at], w.is_binary ? stack[w.other] : none);
     out[0] = stack[0].v;
     out[1] = stack[0].d;
     out[2] = stack[0].dd;

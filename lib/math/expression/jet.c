@@ -7,6 +7,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "expression/jet.h"
 
+#include "expression/lookup.h"
 #include "expression/taylor.h"
 
 /* ---- where there is a value -------------------------------------------------------------------------------------- */
@@ -260,10 +261,87 @@ static kt_jet jet_of(kt_operator code, const kt_jet *x, const kt_jet *y, kt_jet_
     }
 }
 
+/* ---- tables ------------------------------------------------------------------------------------------------------ */
+
+/* The polynomial of a piece, for inputs within its bounds. */
+static kt_jet jet_of_piece(const kt_lookup_piece *p, const kt_jet *x, const kt_jet *y) {
+    kt_jet c[4], s = *x, r = *y;
+    for (int k = 0; k < 4; k++)
+        c[k] = jet_number(p->c[k]);
+    s.c[0] = interval_add(interval_within(x->c[0], p->low[0], p->high[0]), (kt_between){-p->at[0], -p->at[0]});
+    r.c[0] = interval_add(interval_within(y->c[0], p->low[1], p->high[1]), (kt_between){-p->at[1], -p->at[1]});
+    s.has_ratio = r.has_ratio = false;
+    kt_jet z = jet_product(&c[3], &s);
+    z = jet_sum(&c[2], &z);
+    z = jet_product(&z, p->inputs == 2 ? &r : &s);
+    if (p->inputs == 2) {
+        const kt_jet first = jet_product(&c[1], &s), sum = jet_sum(&c[0], &first);
+        return jet_sum(&sum, &z);
+    }
+    z = jet_sum(&c[1], &z);
+    z = jet_product(&z, &s);
+    return jet_sum(&c[0], &z);
+}
+
+/* An interval that many pieces cover is halved, since the decision on the piece has no bounds. */
+static kt_jet jet_of_many_pieces(kt_jet_meet *meet, void *user) {
+    kt_jet any = jet_constant(interval_unbounded);
+    for (int k = 1; k <= KT_JET_ORDER; k++)
+        any.c[k] = interval_unbounded;
+    if (meet != NULL)
+        meet(user, &any);
+    any.defined = KT_DEFINED_IN_PART;
+    return any;
+}
+
+/* The pieces that the inputs may be in, and the decisions between them: x - x_k changes its sign where row k is met. */
+static kt_jet jet_lookup(const kt_expression_term *term, const kt_jet *x, const kt_jet *y, kt_jet_meet *meet,
+                         void *user) {
+    enum { PIECES = 16 };
+    const double *table = kt_lookup_of(term);
+    kt_jet z = jet_number(0.0);
+    int count = 0, undefined = 0;
+    if (table == NULL || !isfinite(x->c[0].lo + x->c[0].hi + y->c[0].lo + y->c[0].hi))
+        return jet_of_many_pieces(meet, user);
+    for (double at = x->c[0].lo, next = at; next <= x->c[0].hi; at = next) {
+        kt_lookup_piece p = {.inputs = 1};
+        for (double on = y->c[0].lo, to = on; to <= y->c[0].hi; on = to) {
+            p = kt_lookup_piece_at(table, at, on);
+            if (++count > PIECES)
+                return jet_of_many_pieces(meet, user);
+            if (isnan(p.c[0])) {
+                undefined++;
+            } else {
+                const kt_jet here = jet_of_piece(&p, x, y);
+                z = count - undefined == 1 ? here : jet_hull(&z, &here);
+            }
+            if (p.inputs == 1 || p.high[1] >= y->c[0].hi)
+                break;
+            to = nextafter(p.high[1], HUGE_VAL);
+            if (meet != NULL) {
+                const kt_jet row = jet_number(p.high[1]), decision = jet_difference(y, &row);
+                meet(user, &decision);
+            }
+        }
+        if (p.high[0] >= x->c[0].hi)
+            break;
+        next = nextafter(p.high[0], HUGE_VAL);
+        if (meet != NULL) {
+            const kt_jet row = jet_number(p.high[0]), decision = jet_difference(x, &row);
+            meet(user, &decision);
+        }
+    }
+    z.defined = undefined == 0 ? KT_DEFINED : undefined == count ? KT_DEFINED_NOWHERE : KT_DEFINED_IN_PART;
+    return z;
+}
+
 /* z = f(x, y), with its definedness. */
-static kt_jet jet_operate(kt_operator code, const kt_jet *x, const kt_jet *y, kt_jet_meet *meet, void *user) {
-    const kt_definedness defined = definedness_of(code, x, y);
-    kt_jet z = jet_of(code, x, y, meet, user);
+static kt_jet jet_operate(const kt_expression_term *term, const kt_jet *x, const kt_jet *y, kt_jet_meet *meet,
+                          void *user) {
+    const kt_operator code = (kt_operator)term->code;
+    const bool is_lookup = kt_operator_is_lookup(code);
+    kt_jet z = is_lookup ? jet_lookup(term, x, y, meet, user) : jet_of(code, x, y, meet, user);
+    const kt_definedness defined = worse(is_lookup ? z.defined : KT_DEFINED, definedness_of(code, x, y));
     double value;
     if (is_saturated(code, x->c[0], &value))
         z = code == KT_OPERATOR_EXP ? jet_constant((kt_between){0.0, DBL_TRUE_MIN}) : jet_number(value);
@@ -286,7 +364,7 @@ kt_jet kt_expression_bound(const kt_expression *expression, double from, double 
         } else if (w.is_leaf) {
             stack[w.at] = time;
         } else {
-            stack[w.at] = jet_operate(w.code, &stack[w.at], &stack[w.other], meet, user);
+            stack[w.at] = jet_operate(w.term, &stack[w.at], &stack[w.other], meet, user);
         }
     return stack[0];
 }

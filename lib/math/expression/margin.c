@@ -8,8 +8,7 @@
  * a text of n bytes has n + 1 terms. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "expression/margin.h"
-
-#include <string.h>
+#include "expression/lookup.h"
 
 static void add_margin_term(kt_expression *to, kt_operator code) {
     to->term[to->count++] = (kt_expression_term){.code = (int32_t)code};
@@ -34,7 +33,7 @@ static bool add_margin(const kt_expression_term *term, size_t end, bool negated,
     const bool less = code == KT_OPERATOR_LESS || code == KT_OPERATOR_LESS_EQUAL;
     if (less || code == KT_OPERATOR_GREATER || code == KT_OPERATOR_GREATER_EQUAL) {
         const size_t first = kt_expression_operand(term, kt_expression_operand(term, end - 1));
-        memcpy(to->term + to->count, term + first, (end - 1 - first) * sizeof *term);
+        kt_expression_copy_terms(term + first, end - 1 - first, to->term + to->count);
         to->count += end - 1 - first;
         add_margin_term(to, KT_OPERATOR_SUBTRACT);
         if (less != negated)

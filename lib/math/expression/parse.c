@@ -3,7 +3,7 @@
  * text of n bytes therefore has at most n terms. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/text.h"
-#include "expression/expression.h"
+#include "expression/lookup.h"
 
 #include "algebra/angle.h"
 #include "base/decimal.h"
@@ -65,6 +65,20 @@ static bool put_term(kt_parser *p, kt_expression_term term) {
 
 static bool put_operator(kt_parser *p, kt_operator code) {
     return put_term(p, (kt_expression_term){.code = (int32_t)code});
+}
+
+/* The call of table k, whose compiled numbers lie behind those of the tables before it. */
+static bool put_lookup(kt_parser *p, int k) {
+    const kt_lookup *tables = p->symbols->tables;
+    const double *table = p->symbols->compiled;
+    kt_expression_term *to = &p->to->term[p->to->count];
+    for (int i = 0; i < k && table != NULL; i++)
+        table += kt_lookup_size(table);
+    const kt_operator code = tables[k].inputs == 2 ? KT_OPERATOR_LOOKUP2 : KT_OPERATOR_LOOKUP;
+    if (!put_term(p, (kt_expression_term){.code = (int32_t)code, .symbol = k}))
+        return false;
+    kt_lookup_attach(to, table);
+    return true;
 }
 
 /* ---- characters -------------------------------------------------------------------------------------------------- */
@@ -255,12 +269,23 @@ static bool reject_undefined(kt_parser *p, const char *spot, const char *name, b
         (void)kt_nearest_try(&nearest, constant_pi);
     for (int k = 0; is_function && k < FUNCTION_COUNT; k++)
         (void)kt_nearest_try(&nearest, functions[k].name);
+    for (int k = 0; is_function && p->symbols != NULL && k < p->symbols->table_count; k++)
+        if (p->symbols->tables[k].name != NULL)
+            (void)kt_nearest_try(&nearest, p->symbols->tables[k].name);
     if (!is_function && nearest.best == NULL && p->symbols != NULL && p->symbols->list != NULL &&
         p->symbols->list(p->symbols->user, 0) != NULL)
         return reject_with_list(p, spot, name);
     return reject_formula(p, spot, "there is no %s %s%s%s%s", is_function ? "function" : "name",
                           kt_name_quote(name).text, nearest.best != NULL ? "; did you mean '" : "",
                           nearest.best != NULL ? nearest.best : "", nearest.best != NULL ? "'?" : "");
+}
+
+/* The table of this name; -1: there is none. */
+static int find_table(const kt_parser *p, const char *name) {
+    for (int k = 0; p->symbols != NULL && k < p->symbols->table_count; k++)
+        if (p->symbols->tables[k].name != NULL && strcmp(p->symbols->tables[k].name, name) == 0)
+            return k;
+    return -1;
 }
 
 static bool parse_call(kt_parser *p, const char *spot, const char *name);
@@ -294,6 +319,8 @@ static bool parse_name(kt_parser *p, bool *is_angle) {
         return put_term(p, (kt_expression_term){.code = KT_OPERATOR_SYMBOL, .symbol = symbol.index});
     if (strcmp(name, constant_pi) == 0)
         return put_term(p, (kt_expression_term){.code = KT_OPERATOR_NUMBER, .number = kt_radians(180.0)});
+    if (find_table(p, name) >= 0)
+        return reject_formula(p, spot, "%s is a table; write its input in parentheses: %s(x)", name, name);
     return reject_undefined(p, spot, name, false);
 }
 
@@ -325,11 +352,31 @@ static bool put_function_term(kt_parser *p, kt_operator code, int k, int last) {
     return k < last || put_operator(p, code);
 }
 
+static bool parse_lookup(kt_parser *p, const char *name, int k) {
+    const int inputs = p->symbols->tables[k].inputs;
+    int count = 0;
+    bool is_angle;
+    if (!enter_recursion(p))
+        return false;
+    (void)take_character(p, '(');
+    do {
+        if (!parse_condition(p, &is_angle))
+            return false;
+    } while (++count < inputs && take_character(p, ','));
+    if (count < inputs || *p->at == ',')
+        return reject_formula(p, p->at, "the table %s has %d input%s; %s", name, inputs, inputs > 1 ? "s" : "",
+                              count < inputs ? "one is missing" : "remove this one");
+    leave(p);
+    return put_lookup(p, k) && parse_closing(p);
+}
+
 static bool parse_call(kt_parser *p, const char *spot, const char *name) {
     int which = 0, count = 0;
     bool is_angle;
     while (which < FUNCTION_COUNT && strcmp(functions[which].name, name) != 0)
         which++;
+    if (which == FUNCTION_COUNT && find_table(p, name) >= 0)
+        return parse_lookup(p, name, find_table(p, name));
     if (which == FUNCTION_COUNT)
         return reject_undefined(p, spot, name, true);
     if (!enter_recursion(p))

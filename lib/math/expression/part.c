@@ -2,8 +2,7 @@
  * are 3 step(t - 2) and exp(-t). In postfix order the terms of a part are neighbours. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "expression/part.h"
-
-#include <string.h>
+#include "expression/lookup.h"
 
 /* The dependence of a value on the stack. */
 typedef enum kt_source { OF_NOTHING, OF_SYMBOL, OF_OTHERS } kt_source;
@@ -56,7 +55,7 @@ size_t kt_expression_part_size(size_t count) { return sizeof(kt_expression) + co
 void kt_expression_part_copy(const kt_expression_term *term, size_t count, void *memory) {
     kt_expression *to = memory;
     *to = (kt_expression){.count = count};
-    memcpy(to->term, term, count * sizeof *term);
+    kt_expression_copy_terms(term, count, to->term);
     for (size_t i = 0; i < count; i++)
-        to->term[i].symbol = 0;
+        to->term[i].symbol = kt_operator_is_lookup((kt_operator)term[i].code) ? term[i].symbol : 0;
 }

@@ -22,7 +22,7 @@
 #ifndef KT_EXPRESSION_SERIES_H
 #define KT_EXPRESSION_SERIES_H
 
-#include "expression/expression.h"
+#include "expression/lookup.h"
 
 #include <math.h>
 
@@ -281,9 +281,36 @@ static series of_two(kt_operator code, const series *x, const series *y) {
     }
 }
 
+/* z x + c */
+static series times_plus(const series *z, const series *x, double c) {
+    series sum = product_of(z, x);
+    sum.c[0] = plus(sum.c[0], number_of(c));
+    return sum;
+}
+
+/* The polynomial of a table (lookup.h). */
+static series of_lookup(const kt_expression_term *term, const series *x, const series *y) {
+    const double at[2] = {double_of(x->c[0]), double_of(y->c[0])};
+    const kt_lookup_piece p = kt_lookup_piece_at(kt_lookup_of(term), at[0], at[1]);
+    series s = *x, r = *y, z = constant(number_of(p.c[3]));
+    s.c[0] = plus(s.c[0], number_of(-p.at[0]));
+    r.c[0] = plus(r.c[0], number_of(-p.at[1]));
+    z = times_plus(&z, &s, p.c[2]);
+    if (p.inputs == 1) {
+        z = times_plus(&z, &s, p.c[1]);
+        return times_plus(&z, &s, p.c[0]);
+    }
+    const series slope = constant(number_of(p.c[1])), first = times_plus(&slope, &s, p.c[0]);
+    z = product_of(&z, &r);
+    return sum_of(&z, &first, 1.0);
+}
+
 /* A function of constants is constant, even if its derivatives are infinite. */
-static series operate(kt_operator code, const series *x, const series *y) {
-    const series z = kt_operator_is_binary(code) ? of_two(code, x, y) : of_one(code, x);
+static series operate(const kt_expression_term *term, const series *x, const series *y) {
+    const kt_operator code = (kt_operator)term->code;
+    const series z = kt_operator_is_lookup(code)   ? of_lookup(term, x, y)
+                     : kt_operator_is_binary(code) ? of_two(code, x, y)
+                                                   : of_one(code, x);
     return is_constant(x) && (x == y || is_constant(y)) ? constant(z.c[0]) : z;
 }
 
@@ -303,7 +330,7 @@ static series series_of(const kt_expression *expression, const double *values, c
     series stack[KT_EXPRESSION_DEPTH_MAX] = {{{nothing}}};
     for (kt_postfix w = kt_postfix_begin(expression); kt_postfix_next(&w);)
         stack[w.at] =
-            w.is_leaf ? leaf_of(w.term, values, rates, second) : operate(w.code, &stack[w.at], &stack[w.other]);
+            w.is_leaf ? leaf_of(w.term, values, rates, second) : operate(w.term, &stack[w.at], &stack[w.other]);
     return stack[0];
 }
 

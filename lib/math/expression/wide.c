@@ -114,6 +114,21 @@ static void write_operation(kt_operator code, double first, double second, char 
         (void)snprintf(text, size, "%s(%.4g)", function_name[code], x);
 }
 
+/* Writes the input of a table that is outside its rows. Returns false if the table is not compiled. */
+static bool write_outside(const kt_expression_term *term, const double input[2], char *text, size_t size) {
+    const kt_lookup_piece p = kt_lookup_piece_at(kt_lookup_of(term), input[0], input[1]);
+    for (int k = 0; k < p.inputs; k++) {
+        const bool before = p.low[k] == -HUGE_VAL && p.high[k]<HUGE_VAL, behind = p.low[k]> - HUGE_VAL;
+        if (before || (behind && p.high[k] == HUGE_VAL)) {
+            (void)snprintf(text, size, "the input %.6g of a table is %s its %s row, at %.6g (see `outside` of tables)",
+                           input[k], before ? "before" : "behind", before ? "first" : "last",
+                           before ? p.high[k] : p.low[k]);
+            return true;
+        }
+    }
+    return false;
+}
+
 /* An undefined operation takes precedence over the first number that is too large, which may have no effect. */
 bool kt_expression_fault(const kt_expression *expression, const double *values, char *text, size_t size) {
     series stack[KT_EXPRESSION_DEPTH_MAX] = {{{nothing}}};
@@ -124,11 +139,13 @@ bool kt_expression_fault(const kt_expression *expression, const double *values, 
             continue;
         }
         const double x = double_of(stack[w.at].c[0]), y = double_of(stack[w.other].c[0]);
-        stack[w.at] = operate(w.code, &stack[w.at], &stack[w.other]);
+        stack[w.at] = operate(w.term, &stack[w.at], &stack[w.other]);
         const bool defined = isfinite(sign_of(stack[w.at].c[0]));
         if (defined && (found || isfinite(double_of(stack[w.at].c[0]))))
             continue;
         char operation[64];
+        if (kt_operator_is_lookup(w.code) && write_outside(w.term, (const double[2]){x, y}, text, size))
+            return true;
         write_operation(w.code, x, y, operation, sizeof operation);
         (void)snprintf(text, size, "%s %s", operation, defined ? "exceeds the largest number" : "is not defined");
         found = true;

@@ -111,11 +111,12 @@ static size_t loop_number_count(const kt_loop *loop) {
     return kind->number_count ? kind->number_count(loop) : 0;
 }
 
-static void prepare_loop(const kt_loop *loop, kt_model *m, kt_loop_record *r, size_t *number) {
+static void prepare_loop(const kt_description *description, const kt_loop *loop, kt_model *m, kt_loop_record *r,
+                         size_t *number) {
     const kt_loop_kind *kind = kt_loop_kinds_baseline[kt_loop_kind_index(loop->type)];
     r->number = *number;
     if (kind->prepare)
-        kind->prepare(loop, m->number, r);
+        kind->prepare(description, loop, m->number, r);
     *number += loop_number_count(loop);
 }
 
@@ -178,7 +179,7 @@ static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
         r->restitution = loop->restitution;
         r->rest_velocity = loop->rest_velocity;
         r->poisson = loop->poisson;
-        r->comes = loop->switching != KT_ALWAYS_ON;
+        r->comes = KT_IS_SWITCHED(loop);
         r->released = false;
         r->kind = kt_loop_kind_index(loop->type);
         r->contact = loop->holonomic;
@@ -222,6 +223,17 @@ static bool has_constant_rate(const kt_model *m, const kt_loop_record *r) {
     return r->term_count && kt_loop_kinds_baseline[r->kind]->relate(r, m->number, 0.0, 0.0).rate != 0.0;
 }
 
+/* Tables of formulas are the first numbers of a model. Returns how many numbers they take. */
+static size_t fill_tables(const kt_description *description, kt_model *m) {
+    size_t number = 0;
+    for (int k = 0; k < description->table_count; k++) {
+        if (m)
+            kt_lookup_compile(&description->tables[k], m->number + number);
+        number += kt_lookup_numbers(&description->tables[k]);
+    }
+    return number;
+}
+
 /* ---- filling the model ------------------------------------------------------------------------------------------- */
 
 static void fill_attached_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *text) {
@@ -246,7 +258,7 @@ static void fill_attached_loops(const kt_attach *a, kt_model *m, size_t *number,
         const kt_curve curve = kt_curve_compile(&function, m->number, *number);
         r->curve = kt_loop_is_off(r) && curve.type != KT_FUNCTION_NONE ? no_curve : curve;
         *number += kt_curve_number_count(&function);
-        prepare_loop(loop, m, r, number);
+        prepare_loop(a->description, loop, m, r, number);
         fill_loop_turns(a, m, r, number);
         m->driven |= !kt_loop_is_off(r) && (kt_loop_is_driven(r) || has_constant_rate(m, r));
         r->name = kt_model_keep_text(m, text, loop->name);
@@ -401,12 +413,13 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     for (int i = 0; i < d->effect_count; i++)
         for (int k = 0; k < 3; k++)
             n->number += kt_curve_number_count(kt_effect_function(&d->effects[i], k));
+    n->number += fill_tables(d, NULL);
     kt_model *m = grow_tree(a->tree, n, error);
     if (!m)
         return KT_ERROR_MEMORY;
     m->n = *n;
     kt_model_name_all(m);
-    size_t number = 0, variable = 0, part = 0, text = a->tree->n.text;
+    size_t number = fill_tables(d, m), variable = 0, part = 0, text = a->tree->n.text;
     fill_attached_loops(a, m, &number, &text);
     m->length = 1.0;
     kt_attach_measure_loops(a, m);

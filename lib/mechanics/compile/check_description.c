@@ -11,8 +11,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/compile.h"
 #include "effect/effect.h"
+#include "expression/lookup.h"
 #include "joint/joint.h"
 #include "loop/loop.h"
+#include "model/relative.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -40,7 +42,8 @@ static bool check_counts(kt_checker *checker) {
     const bool effects = check_description_list(checker, "effects", d->effects, d->effect_count);
     const bool hold = check_description_list(checker, "hold", (const void *)d->hold, d->hold_count);
     const bool states = check_description_list(checker, "states", d->states, d->state_count);
-    if (!bodies || !loops || !effects || !hold || !states)
+    const bool tables = check_description_list(checker, "tables", d->tables, d->table_count);
+    if (!bodies || !loops || !effects || !hold || !states || !tables)
         return false;
     size_t markers = 0;
     for (int i = 0; i < d->body_count; i++)
@@ -198,11 +201,20 @@ static void check_switching(kt_checker *checker, kt_switching switching) {
         kt_checker_fault(checker, "switching", -1, "switching is %d; take one of kt_switching", (int)switching);
 }
 
+/* A loop without equations is there for effects in its coordinates. */
+static void check_never_on(kt_checker *checker, const kt_loop *loop) {
+    if (loop->switching == KT_NEVER_ON && (kt_relative_count(loop->type) == 0 || loop->slack))
+        kt_checker_fault(checker, "switched", -1,
+                         "a loop that is never on only measures coordinates, and this one has none; leave it out, or "
+                         "take 'off'");
+}
+
 /* Checks a loop that bounds one side. */
 static void check_side(kt_checker *checker, const kt_loop *loop) {
     const bool may = loop->type == KT_LOOP_DISTANCE || loop->type == KT_LOOP_INPLANE || loop->type == KT_LOOP_SURFACE ||
-                     loop->type == KT_LOOP_COUPLING;
-    if (loop->side == KT_SIDE_NONE && !(loop->slack && loop->type == KT_LOOP_DISTANCE)) {
+                     loop->type == KT_LOOP_COUPLING || (loop->type == KT_LOOP_SPAN && loop->side == KT_SIDE_NONE);
+    if (loop->side == KT_SIDE_NONE &&
+        !(loop->slack && (loop->type == KT_LOOP_DISTANCE || loop->type == KT_LOOP_SPAN))) {
         if (loop->restitution != 0.0 || loop->poisson)
             kt_checker_fault(checker, loop->poisson ? "poisson" : "restitution", -1,
                              "only a loop that bounds one side bounces; give `side` or `slack`, or leave this key out");
@@ -234,6 +246,7 @@ static void check_loop(kt_checker *checker, const kt_loop *loop) {
         kt_checker_fault(checker, "coordinates", -1,
                          "a loop of this type stands for no joint with coordinates; leave the key out");
     check_switching(checker, loop->switching);
+    check_never_on(checker, loop);
     check_side(checker, loop);
 }
 
@@ -258,6 +271,8 @@ static void check_one_effect(kt_checker *checker, const kt_effect *effect) {
         kt_effect_check(checker, effect);
     check_load(checker, effect);
     check_switching(checker, effect->switching);
+    if (effect->switching == KT_NEVER_ON)
+        kt_checker_fault(checker, "switched", -1, "an effect that is never on has no effect; leave it out");
 }
 
 static void check_hold(kt_checker *checker) {
@@ -282,8 +297,27 @@ static void check_states(kt_checker *checker) {
         kt_checker_state(checker, &d->states[checker->index]);
 }
 
+static void check_tables(kt_checker *checker) {
+    const kt_description *d = checker->description;
+    checker->item = KT_ITEM_SCENE;
+    for (int k = 0; k < d->table_count && !kt_checker_is_done(checker); k++) {
+        const kt_lookup *table = &d->tables[k];
+        char fault[KT_MESSAGE_SIZE];
+        if (table->name == NULL || !kt_name_is_valid(table->name) || strchr(table->name, '-') != NULL)
+            kt_checker_fault(checker, "tables", k,
+                             "table %s has no name that formulas can call; take letters, digits and _",
+                             kt_name_quote(table->name != NULL ? table->name : "").text);
+        else if (!kt_lookup_check(table, fault, sizeof fault))
+            kt_checker_fault(checker, "tables", k, "table '%.60s': %s", table->name, fault);
+        for (int i = 0; i < k && table->name != NULL && d->tables[i].name != NULL; i++)
+            if (strcmp(d->tables[i].name, table->name) == 0)
+                kt_checker_fault(checker, "tables", k, "two tables have the name '%.60s'; rename one", table->name);
+    }
+}
+
 static void check_all(kt_checker *checker) {
     const kt_description *d = checker->description;
+    check_tables(checker);
     add_checked_names(checker);
     find_parents(checker);
     find_cycles(checker);

@@ -96,7 +96,8 @@ kt_status kt_attach_fill_formulas(const kt_attach *a, kt_model *m, const kt_effe
     kt_part_place place = {m, number, *part};
     kt_formula_names names =
         effect->law != NULL ? kt_law_names_of(a->description, effect) : kt_formula_names_of(a->description, effect);
-    const kt_symbols symbols = kt_formula_symbols(&names);
+    kt_symbols symbols = kt_formula_symbols(&names);
+    symbols.compiled = kt_model_tables(m);
     r->variable = (int32_t)*variable;
     r->law = effect->law;
     r->law_derivatives = effect->law_derivatives;

@@ -27,7 +27,9 @@ typedef struct kt_expansion {
 /* Writes an expansion (one_sided.c). The caller frees its memory, also after an error. */
 KT_CHECKED kt_status kt_contacts_expand(const kt_description *description, kt_expansion *to, kt_error *error);
 
-static inline bool kt_loop_is_rope(const kt_loop *loop) { return loop->type == KT_LOOP_DISTANCE && loop->slack; }
+static inline bool kt_loop_is_rope(const kt_loop *loop) {
+    return (loop->type == KT_LOOP_DISTANCE || loop->type == KT_LOOP_SPAN) && loop->slack;
+}
 /* Whether a loop holds on one side only. */
 static inline bool kt_loop_bounds(const kt_loop *loop) { return loop->side != KT_SIDE_NONE || kt_loop_is_rope(loop); }
 

@@ -75,26 +75,35 @@ static double turns_of(const kt_attach *a, int32_t link, kt_vec3 axis) {
     return fabs(fabs(c) - 1.0) < 1e-12 ? copysign(1.0, c) : (double)NAN;
 }
 
+/* Whether the rope of a span is tied to this end: the turns of the end do not matter. */
+static bool is_tied(const kt_loop_record *loop, int end) {
+    return loop->type == KT_LOOP_SPAN && loop->gain[end] == 0.0;
+}
+
 /* Writes the links between the ends that count turns, unless terms is NULL, and returns their number: 0 if any other
  * link rotates. */
-static size_t each_turning(const kt_attach *a, const kt_loop_record *loop, kt_term_record *terms) {
+static size_t each_turning(const kt_attach *a, const kt_loop_record *loop, kt_term_record *terms, int32_t *of_first) {
     const kt_vec3 axis = kt_mat3_apply(a->pose[loop->link[0]].rotation, loop->frame[0].rotation.z);
     size_t count = 0;
     for (int k = 0; k < 2; k++)
-        for (int32_t i = loop->link[k]; i != loop->ancestor; i = a->tree->link[i].parent) {
+        for (int32_t i = is_tied(loop, k) ? loop->ancestor : loop->link[k]; i != loop->ancestor;
+             i = a->tree->link[i].parent) {
             const double turns = turns_of(a, i, axis);
             if (isnan(turns))
                 return 0;
             if (turns != 0.0 && terms)
                 terms[count] = (kt_term_record){.link = i, .coefficient = k ? turns : -turns};
             count += turns != 0.0;
+            if (of_first && k == 0)
+                *of_first = (int32_t)count;
         }
     return count;
 }
 
 /* Screws count their turns by their advance. */
 static bool counts_by_links(const kt_loop *loop, kt_relative relative) {
-    return relative == KT_RELATIVE_ANGLE && !(loop->type == KT_LOOP_SCREW && loop->pitch != 0.0);
+    return relative == KT_RELATIVE_STRETCH ||
+           (relative == KT_RELATIVE_ANGLE && !(loop->type == KT_LOOP_SCREW && loop->pitch != 0.0));
 }
 
 size_t kt_attach_count_turns(kt_attach *a, const kt_effect *effect) {
@@ -102,7 +111,9 @@ size_t kt_attach_count_turns(kt_attach *a, const kt_effect *effect) {
     if (!loop)
         return 0;
     const kt_attach_coordinate c = find_attach_coordinate(a, effect->joint);
-    return counts_by_links(loop, kt_relative_at(loop->type, c.component)) ? each_turning(a, &a->loop[c.loop], NULL) : 0;
+    return counts_by_links(loop, kt_relative_at(loop->type, c.component))
+               ? each_turning(a, &a->loop[c.loop], NULL, NULL)
+               : 0;
 }
 
 /* ---- records ----------------------------------------------------------------------------------------------------- */
@@ -160,13 +171,15 @@ void kt_attach_fill_turns(const kt_attach *a, kt_model *m, kt_effect_record *r, 
     const kt_loop_relative seen = kt_loop_relative_of(end);
     relative->term = (int32_t)*term;
     if (counts_by_links(loop, (kt_relative)relative->type))
-        relative->term_count = (int32_t)each_turning(a, of, NULL);
+        relative->term_count = (int32_t)each_turning(a, of, NULL, &relative->first_count);
     if (relative->term_count > 0) /* else there is no room for any */
-        (void)each_turning(a, of, m->term + *term);
+        (void)each_turning(a, of, m->term + *term, NULL);
     *term += (size_t)relative->term_count;
+    if (relative->type == KT_RELATIVE_STRETCH)
+        return; /* it counts from the start */
     kt_relative_record near_zero = *relative;
     near_zero.per_length = 0.0;
-    relative->angle = kt_relative_coordinate_of(&near_zero, 0.0, end).position -
+    relative->angle = kt_relative_coordinate_of(&near_zero, (kt_relative_turns){0.0, 0.0}, of, end).position -
                       relative->per_length * kt_dot(end[0].axes[2], seen.d);
     for (int32_t k = relative->term; k < relative->term + relative->term_count; k++)
         relative->angle -= m->term[k].coefficient * m->q0[m->link[m->term[k].link].q];

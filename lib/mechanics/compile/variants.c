@@ -38,7 +38,7 @@ static kt_switching switching_of(const kt_effect *effect) {
 int kt_switches_count(const kt_description *d) {
     int count = 0;
     for (int i = 0; i < d->loop_count; i++)
-        count += d->loops[i].switching != KT_ALWAYS_ON;
+        count += KT_IS_SWITCHED(&d->loops[i]);
     for (int i = 0; i < d->effect_count; i++)
         count += switching_of(&d->effects[i]) != KT_ALWAYS_ON;
     return count;
@@ -70,7 +70,7 @@ static int effect_of_stick(const compilation *c, int k) {
 }
 
 static void add_variant_switch(compilation *c, kt_switch item, kt_switching switching) {
-    if (switching == KT_ALWAYS_ON)
+    if (switching == KT_ALWAYS_ON || switching == KT_NEVER_ON)
         return;
     if (switching == KT_SWITCHED_ON && c->switches.count < c->switches.own)
         c->initial |= (uint64_t)1 << c->switches.count;
@@ -148,7 +148,7 @@ static kt_status list_switches(compilation *c, const kt_description *d, int coun
     const bool shares = count > KT_SWITCH_BITS;
     c->switches.own = count;
     for (int i = 0; shares && i < d->loop_count; i++)
-        c->switches.own -= d->loops[i].switching != KT_ALWAYS_ON && is_contact(c, i);
+        c->switches.own -= KT_IS_SWITCHED(&d->loops[i]) && is_contact(c, i);
     c->bits = c->switches.own;
     if (c->switches.own > KT_SWITCH_BITS)
         c->switches.own = KT_SWITCH_BITS;

@@ -7,8 +7,9 @@
  *     angle            theta of loop/orientation.h                     m = (e + f) / (1 + e . f)
  *     universal 1      m = f x h / |h|^2,  h = (e_x . f) e_y - (e_y . f) e_x
  *     universal 2      m = e x h / |h|^2,  h = (f_x . e) f_y - (f_y . e) f_x
- * The first universal angle is the angle of f about e from e_x. The second is the angle of the frame about f, less the
- * angle of e from f_x. Angles that differ by whole turns are equivalent; the angle is the one nearest to
+ * The stretch of a span is phi of loop/span.h. The first universal angle is the angle of f about e from e_x. The
+ * second is the angle of the frame about f, less the angle of e from f_x. Angles that differ by whole turns are
+ * equivalent; the angle is the one nearest to
  *     angle + sum of coefficient * position + d_z / pitch
  *
  * In this sum the links of the loop whose axes stay parallel to e count turns; screws count turns, too.
@@ -18,6 +19,7 @@
 #define KT_CONSTRAINT_RELATIVE_COORDINATE_H
 
 #include "loop/orientation.h"
+#include "loop/span.h"
 #include "model/model.h"
 #include "model/relative.h"
 
@@ -34,12 +36,32 @@ KT_INLINE kt_real kt_direction_about(const kt_vector e[3], kt_vector f, kt_vecto
     return kt_atan2(y, x);
 }
 
-/* counted: the sum over the links that count turns. */
-KT_INLINE kt_relative_coordinate kt_relative_coordinate_of(const kt_relative_record *record, double counted,
-                                                           const kt_loop_end end[2]) {
+/* The sums over the links of both ends that count turns about z of the first end. Those of the first end count
+ * backwards. */
+typedef struct kt_relative_turns {
+    double first, second;
+} kt_relative_turns;
+
+/* How much longer a span is than its rope: phi of loop/span.h, which is no equation here. */
+KT_INLINE void kt_stretch_of(const kt_loop_record *loop, kt_relative_turns counted, const kt_loop_end end[2],
+                             const kt_loop_relative *r, kt_relative_coordinate *c) {
+    kt_loop_end turned[2] = {end[0], end[1]};
+    turned[0].turn = kt_real_of(-counted.first);
+    turned[1].turn = kt_real_of(loop->sense * counted.second);
+    const kt_loop_row row = kt_row_of_long_span(loop, turned, r, loop->gain, loop->phase[0]);
+    c->position = row.residual;
+    c->moment = row.moment;
+    c->force = row.force;
+}
+
+/* counted: see above. loop: that of the coordinate. */
+KT_INLINE kt_relative_coordinate kt_relative_coordinate_of(const kt_relative_record *record, kt_relative_turns counted,
+                                                           const kt_loop_record *loop, const kt_loop_end end[2]) {
     const kt_loop_relative r = kt_loop_relative_of(end);
     kt_relative_coordinate c = {.moment = kt_vector_zero(), .force = kt_vector_zero()};
-    if (record->type == KT_RELATIVE_ANGLE) {
+    if (record->type == KT_RELATIVE_STRETCH) {
+        kt_stretch_of(loop, counted, end, &r, &c);
+    } else if (record->type == KT_RELATIVE_ANGLE) {
         const kt_axis_turn turn = kt_axis_turn_of(end, &r);
         c.position = turn.theta;
         c.moment = turn.k;
@@ -54,7 +76,8 @@ KT_INLINE kt_relative_coordinate kt_relative_coordinate_of(const kt_relative_rec
     c.rate = kt_dot(c.moment, r.w) + kt_dot(c.force, r.u);
     if (!kt_relative_is_length((kt_relative)record->type)) {
         const double along = record->per_length * kt_value(kt_dot(end[0].axes[2], r.d));
-        c.position += KT_TURN * rint((record->angle + counted + along - kt_value(c.position)) / KT_TURN);
+        const double turns = record->angle + (counted.first + counted.second) + along;
+        c.position += KT_TURN * rint((turns - kt_value(c.position)) / KT_TURN);
     }
     return c;
 }

@@ -28,8 +28,9 @@ typedef struct dependence {
     const kt_effect_record *effect;
     const double *numbers;
     double t;
-    double counted;      /* of an effect in a loop, and */
-    const double *force; /* its force, and the derivatives of that by the coordinate and its rate */
+    kt_relative_turns counted;  /* of an effect in a loop, */
+    const kt_loop_record *loop; /* this loop, and */
+    const double *force;        /* its force, and the derivatives of that by the coordinate and its rate */
 } dependence;
 
 static kt_loop_end loop_end_of(const kt_effect_frame *frame) {
@@ -44,7 +45,7 @@ static kt_loop_end loop_end_of(const kt_effect_frame *frame) {
 /* Returns the wrench on the last end, of an effect in a loop: Q = Q_0 + Q_c dc + Q_c' dc'. */
 static kt_effect_wrench wrench_in_loop(const dependence *on, const kt_effect_frame frames[2]) {
     const kt_loop_end end[2] = {loop_end_of(&frames[0]), loop_end_of(&frames[1])};
-    const kt_relative_coordinate c = kt_relative_coordinate_of(&on->effect->relative, on->counted, end);
+    const kt_relative_coordinate c = kt_relative_coordinate_of(&on->effect->relative, on->counted, on->loop, end);
     const kt_real force = kt_dual_make(on->force[0], on->force[1] * kt_derivative_of(c.position) +
                                                          on->force[2] * kt_derivative_of(c.rate));
     return (kt_effect_wrench){.moment = kt_scale(force, c.moment), .force = kt_scale(force, c.force)};
@@ -91,9 +92,9 @@ void kt_dual_effect_jacobian(const kt_effect_record *effect, const double *numbe
     differentiate_effect(&on, end, jacobian);
 }
 
-void kt_dual_relative_jacobian(const kt_effect_record *effect, double counted, const double force[3],
-                               const kt_effect_end *end, kt_effect_jacobian *jacobian) {
-    const dependence on = {.effect = effect, .counted = counted, .force = force};
+void kt_dual_relative_jacobian(const kt_effect_record *effect, const kt_loop_record *loop, const double counted[2],
+                               const double force[3], const kt_effect_end *end, kt_effect_jacobian *jacobian) {
+    const dependence on = {.effect = effect, .counted = {counted[0], counted[1]}, .loop = loop, .force = force};
     differentiate_effect(&on, end, jacobian);
 }
 

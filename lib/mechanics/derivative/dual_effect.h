@@ -8,10 +8,10 @@
 /* The derivatives of an effect's wrench on its last end; of a joint force with respect to q and v. */
 void kt_dual_effect_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                              kt_effect_jacobian *jacobian);
-/* The derivatives of an effect in a loop, whose links count turns to `counted`. The array `force` holds the force, and
- * its derivatives by the coordinate and its rate. */
-void kt_dual_relative_jacobian(const kt_effect_record *effect, double counted, const double force[3],
-                               const kt_effect_end *end, kt_effect_jacobian *jacobian);
+/* The derivatives of an effect in a loop, whose links count turns to `counted` (kt_relative_turns). The array `force`
+ * holds the force, and its derivatives by the coordinate and its rate. */
+void kt_dual_relative_jacobian(const kt_effect_record *effect, const kt_loop_record *loop, const double counted[2],
+                               const double force[3], const kt_effect_end *end, kt_effect_jacobian *jacobian);
 void kt_dual_joint_derivatives(const kt_effect_record *effect, const double *numbers, double q, double v, double t,
                                double derivative[2]);
 

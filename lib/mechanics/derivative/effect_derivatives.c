@@ -107,7 +107,7 @@ static void write_relative_jacobian(const kt_effects_state *s, const kt_effect_r
     force[0] = kt_effect_kind_of(effect->type)
                    ->joint_force(effect, s->model->number, motion.position, motion.rate, s->at->t, NULL);
     find_joint_derivatives(s, effect, motion.position, motion.rate, force + 1);
-    kt_dual_relative_jacobian(effect, motion.counted, force, end, jacobian);
+    kt_dual_relative_jacobian(effect, &s->model->loop[effect->relative.loop], motion.counted, force, end, jacobian);
 }
 
 static void subtract_wrench(const kt_effects_state *s, const kt_effect_record *effect, double *d_q, double *d_v) {
@@ -288,8 +288,9 @@ static void subtract_ends(const kt_effects_state *s, const kt_effect_record *eff
         return;
     }
     if (effect->relative.type) {
-        const double counted = kt_relative_motion_of(s->model, effect, s->at->q, e->end).counted;
-        kt_dual_relative_jacobian(effect, counted, force, e->end, &jacobian);
+        const kt_relative_motion motion = kt_relative_motion_of(s->model, effect, s->at->q, e->end);
+        kt_dual_relative_jacobian(effect, &s->model->loop[effect->relative.loop], motion.counted, force, e->end,
+                                  &jacobian);
     } else {
         kt_effect_kind_of(effect->type)->jacobian(effect, f->value, e->end, s->at->t, &jacobian);
     }
@@ -434,7 +435,7 @@ static kt_status subtract_own_relative(const kt_effects_state *s, const kt_effec
         code = effect->joint_force_derivatives(effect->user, s->at->t, motion.position, motion.rate, force + 1);
     if (code != 0 || !kt_all_finite(force, 3))
         return kt_effect_reject_derivatives(s->model, effect, s->at->t, code, error);
-    kt_dual_relative_jacobian(effect, motion.counted, force, e.end, &jacobian);
+    kt_dual_relative_jacobian(effect, &s->model->loop[effect->relative.loop], motion.counted, force, e.end, &jacobian);
     subtract_jacobian(s, &e, &jacobian, count, d_q, d_v);
     return KT_OK;
 }

@@ -24,13 +24,16 @@ kt_relative_motion kt_relative_motion_of(const kt_model *model, const kt_effect_
                                          const kt_effect_end end[2]) {
     const kt_relative_record *relative = &effect->relative;
     const kt_loop_end ends[2] = {effect_loop_end(&end[0]), effect_loop_end(&end[1])};
-    double counted = 0.0;
-    for (int32_t k = relative->term; k < relative->term + relative->term_count; k++)
-        counted += model->term[k].coefficient * q[model->link[model->term[k].link].q];
-    const kt_relative_coordinate c = kt_relative_coordinate_of(relative, counted, ends);
+    kt_relative_turns counted = {0.0, 0.0};
+    for (int32_t k = 0; k < relative->term_count; k++) {
+        const kt_term_record *term = &model->term[relative->term + k];
+        *(k < relative->first_count ? &counted.first : &counted.second) +=
+            term->coefficient * q[model->link[term->link].q];
+    }
+    const kt_relative_coordinate c = kt_relative_coordinate_of(relative, counted, &model->loop[relative->loop], ends);
     return (kt_relative_motion){.position = c.position,
                                 .rate = c.rate,
-                                .counted = counted,
+                                .counted = {counted.first, counted.second},
                                 .moment = kt_v4_vec3(c.moment),
                                 .force = kt_v4_vec3(c.force)};
 }

@@ -7,7 +7,7 @@
 
 typedef struct kt_relative_motion {
     double position, rate;
-    double counted;        /* the sum over the links that count turns */
+    double counted[2];     /* the sums over the links that count turns (kt_relative_turns) */
     kt_vec3 moment, force; /* moment and force of a unit force: on the second end, about its point */
 } kt_relative_motion;
 

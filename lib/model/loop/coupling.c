@@ -16,11 +16,13 @@ static size_t coupling_number_count(const kt_loop *loop) {
 }
 
 /* The formula has been parsed before, by the check of the description. */
-static void prepare_coupling(const kt_loop *loop, double *numbers, kt_loop_record *record) {
-    kt_coupling_names names = {.loop = loop};
-    const kt_symbols symbols = kt_coupling_symbols(&names);
+static void prepare_coupling(const kt_description *description, const kt_loop *loop, double *numbers,
+                             kt_loop_record *record) {
+    kt_coupling_names names = {.description = description, .loop = loop};
+    kt_symbols symbols = kt_coupling_symbols(&names);
     const kt_expression *formula;
     kt_error ignored;
+    symbols.compiled = numbers; /* tables are the first numbers of a model */
     if (kt_loop_has_formula(loop) &&
         kt_expression_parse(loop->formula, &symbols, numbers + record->number, kt_expression_size(loop->formula),
                             &formula, NULL, &ignored) == KT_OK)

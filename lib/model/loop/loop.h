@@ -83,7 +83,7 @@ typedef struct kt_loop_kind {
     size_t (*number_count)(const kt_loop *loop);
     /* Copies the members of the loop that the type needs into the record; the loop is not read later. Fills the type's
      * numbers from record->number on. NULL: pitch, radius and holonomic are enough. */
-    void (*prepare)(const kt_loop *loop, double *numbers, kt_loop_record *record);
+    void (*prepare)(const kt_description *description, const kt_loop *loop, double *numbers, kt_loop_record *record);
     /* Completes the record from the ends in the given positions, world axes. Returns false, with the reason in *error,
      * if the loop does not fit them. NULL: nothing to complete. */
     bool (*start)(const kt_loop *loop, const kt_loop_start *at, kt_loop_record *record, kt_error *error);

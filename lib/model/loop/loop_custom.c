@@ -261,8 +261,9 @@ static int evaluate_custom(const kt_loop_record *loop, const double *numbers, co
 static int custom_row_count(const kt_loop *loop) { return loop->equation_count; }
 
 /* NOLINTNEXTLINE(readability-non-const-parameter): a type with numbers of its own writes them */
-static void prepare_custom(const kt_loop *loop, double *numbers, kt_loop_record *record) {
-    (void)numbers;
+static void prepare_custom(const kt_description *description, const kt_loop *loop, double *numbers,
+                           kt_loop_record *record) {
+    (void)description, (void)numbers;
     record->equations = loop->equations;
     record->user = loop->user;
     record->given = (int32_t)loop->given;

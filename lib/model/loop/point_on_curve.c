@@ -372,7 +372,9 @@ static void choose_reference(double *spline, int points) {
     }
 }
 
-static void prepare_curve(const kt_loop *loop, double *numbers, kt_loop_record *record) {
+static void prepare_curve(const kt_description *description, const kt_loop *loop, double *numbers,
+                          kt_loop_record *record) {
+    (void)description;
     const kt_track *track = &loop->curve;
     const int n = track->point_count;
     record->form = (int32_t)track->type;

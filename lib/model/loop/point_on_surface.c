@@ -75,8 +75,9 @@ static int evaluate_surface(const kt_loop_record *loop, const double *numbers, c
 }
 
 /* NOLINTNEXTLINE(readability-non-const-parameter): a type with numbers of its own writes them */
-static void prepare_surface(const kt_loop *loop, double *numbers, kt_loop_record *record) {
-    (void)numbers;
+static void prepare_surface(const kt_description *description, const kt_loop *loop, double *numbers,
+                            kt_loop_record *record) {
+    (void)description, (void)numbers;
     record->form = (int32_t)loop->surface.type;
     record->radius = loop->surface.radius;
     record->tube = loop->surface.tube;

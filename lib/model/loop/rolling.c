@@ -118,8 +118,9 @@ static int evaluate_rolling(const kt_loop_record *loop, const double *numbers, c
 static int rolling_row_count(const kt_loop *loop) { return loop->side != KT_SIDE_NONE ? 1 : loop->holonomic ? 3 : 2; }
 
 /* NOLINTNEXTLINE(readability-non-const-parameter): a type with numbers of its own writes them */
-static void choose_form(const kt_loop *loop, double *numbers, kt_loop_record *record) {
-    (void)numbers;
+static void choose_form(const kt_description *description, const kt_loop *loop, double *numbers,
+                        kt_loop_record *record) {
+    (void)description, (void)numbers;
     record->tube = loop->surface.tube;
     record->form = loop->side != KT_SIDE_NONE                ? KT_ROLLING_RIM
                    : loop->surface.tube > 0.0                ? KT_ROLLING_BALLS

@@ -36,7 +36,12 @@ static const kt_key keys[] = {
      .needed = false},
     {"radius2", KT_KEY_NUMBER, KT_LOOP_AT(radius2), "m", "rho_2, of the second pulley, likewise", .needed = false},
     {"tension", KT_KEY_NUMBER, KT_LOOP_AT(tension), "N", "of the rope at rest", .range = KT_RANGE_NOT_NEGATIVE},
-};
+    {"slack", KT_KEY_FLAG, KT_LOOP_AT(slack), "", "true: the rope only pulls, and may become slack", .needed = false},
+    {"restitution", KT_KEY_NUMBER, KT_LOOP_AT(restitution), "",
+     "e, of a rope that becomes taut: a span that lengthens at w returns at e w", .range = KT_RANGE_NOT_NEGATIVE},
+    {"rest_velocity", KT_KEY_NUMBER, KT_LOOP_AT(rest_velocity), "m/s",
+     "of a rope that becomes slack: a span that lengthens more slowly does not bounce", .range = KT_RANGE_NOT_NEGATIVE},
+    KT_POISSON_KEY(KT_LOOP_AT(poisson), "of a rope that becomes slack: ")};
 const kt_descriptor kt_loop_span_descriptor = {
     .name = "span",
     .help = "a rope runs straight from one pulley to another without slip; bearings carry its tension",

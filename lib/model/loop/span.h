@@ -18,8 +18,9 @@
 
 #include "loop/plane_angle.h"
 
-KT_INLINE kt_loop_row kt_row_of_span(const kt_loop_record *loop, const kt_loop_end end[2], const kt_loop_relative *r,
-                                     const double rho[2], double phase) {
+/* The row of a span whose line of centres turns by less than half a turn from its start: phi may have any size. */
+KT_INLINE kt_loop_row kt_row_of_long_span(const kt_loop_record *loop, const kt_loop_end end[2],
+                                          const kt_loop_relative *r, const double rho[2], double phase) {
     const kt_vector n = end[0].axes[2], p = r->d - kt_scale(kt_dot(n, r->d), n);
     const double c[2] = {-rho[0], loop->sense * rho[1]}, D = rho[0] - rho[1];
     const kt_real square = kt_max(kt_dot(p, p), KT_PLANE_LEAST), a = kt_sqrt(square);
@@ -28,9 +29,17 @@ KT_INLINE kt_loop_row kt_row_of_span(const kt_loop_record *loop, const kt_loop_e
     const kt_real along = kt_dot(e, r->u), across = kt_dot(kt_cross(n, e), r->u), slope = length / a;
     kt_loop_row row = kt_row_of_angles(loop, end, r, c);
     row.force = row.force + kt_scale(slope, e);
-    row.residual = kt_plane_reduce(row.residual + length + D * kt_atan2(kt_real_of(D), length) - phase, loop->period);
+    row.residual = row.residual + length + D * kt_atan2(kt_real_of(D), length) - phase;
     row.drift =
         row.drift + slope * (kt_dot(e, r->coriolis) + across * across / a) + D * D / (square * length) * along * along;
+    return row;
+}
+
+/* The row of a span of constant length, whose line of centres may turn. */
+KT_INLINE kt_loop_row kt_row_of_span(const kt_loop_record *loop, const kt_loop_end end[2], const kt_loop_relative *r,
+                                     const double rho[2], double phase) {
+    kt_loop_row row = kt_row_of_long_span(loop, end, r, rho, phase);
+    row.residual = kt_plane_reduce(row.residual, loop->period);
     return row;
 }
 
@@ -52,6 +61,8 @@ static inline bool kt_span_start(const kt_loop *loop, const kt_loop_start *at, d
     const double rho[2] = {loop->radius, radius2}, D = rho[0] - rho[1];
     const kt_vec3 n = at->end[0].rotation.z, d = kt_vec3_sub(at->end[1].position, at->end[0].position);
     const double apart = kt_vec3_norm(kt_vec3_cross(n, d));
+    if (loop->slack && loop->tension > 0.0)
+        return kt_plane_fault(error, "a rope that becomes slack has no tension at rest; leave out tension, or slack");
     if (rho[0] == 0.0)
         return kt_plane_fault(error,
                               "the first pulley has no radius; give the pulley first, and then the point to which "
@@ -71,7 +82,7 @@ static inline bool kt_span_start(const kt_loop *loop, const kt_loop_start *at, d
     }
     record->gain[0] = rho[0];
     record->gain[1] = rho[1];
-    record->period = KT_PLANE_TURN * fabs(D);
+    record->period = loop->slack ? 0.0 : KT_PLANE_TURN * fabs(D);
     record->counted = true;
     record->tension = loop->tension;
     for (int i = 0; i < 2; i++) {

@@ -17,27 +17,10 @@
  * Outside its rows a table keeps its first or last value, with zero slope. The first and the last row belong to the
  * inside of the table. Therefore a motion whose table begins at the start of the simulation starts with the table's
  * slope. The same is true at the end.
- *
- * linear: b_k = (y_{k+1} - y_k) / h_k, c_k = d_k = 0.
- *
- * cubic: the natural spline (de Boor, A Practical Guide to Splines (1978), chapter IV), which is twice continuously
- * differentiable and has no curvature at its ends. With m_k = y''(t_k), m_0 = m_{n-1} = 0 and for 0 < k < n - 1
- *   h_{k-1} m_{k-1} + 2 (h_{k-1} + h_k) m_k + h_k m_{k+1} = 6 ((y_{k+1} - y_k) / h_k - (y_k - y_{k-1}) / h_{k-1})
- * (diagonally dominant: elimination needs no pivots), and from these
- *   b_k = (y_{k+1} - y_k) / h_k - h_k (2 m_k + m_{k+1}) / 6,  c_k = m_k / 2,  d_k = (m_{k+1} - m_k) / (6 h_k).
- *
- * monotone: Hermite's cubic whose slopes p_k keep each piece within the range of its two rows. With the secants
- *   e_k = (y_{k+1} - y_k) / h_k,
- * p_k is 0 if e_{k-1} e_k <= 0. Otherwise p_k is the weighted harmonic mean (Brodlie 1980; Fritsch & Butland, SIAM
- * J. Sci. Stat. Comput. 5, 1984)
- *   p_k = (w1 + w2) / (w1 / e_{k-1} + w2 / e_k),  w1 = 2 h_k + h_{k-1},  w2 = h_k + 2 h_{k-1}.
- * At the first row (likewise at the last), p_0 is the slope of the parabola through three rows,
- *   p_0 = ((2 h_0 + h_1) e_0 - h_0 e_1) / (h_0 + h_1),
- * but 0 if its sign is not that of e_0, and 3 e_0 if e_1 has the other sign and |p_0| is larger. Then
- *   b_k = p_k,  c_k = (3 e_k - 2 p_k - p_{k+1}) / h_k,  d_k = (p_k + p_{k+1} - 2 e_k) / h_k^2:
- * y' is continuous, and y'' jumps at rows.
+ * The coefficients of the interpolations are in expression/lookup.c.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "expression/lookup.h"
 #include "model/describe.h"
 #include "model/function.h"
 #include "model/function_formula.h"
@@ -48,9 +31,6 @@
 #include <string.h>
 
 /* ---- compilation ------------------------------------------------------------------------------------------------- */
-
-/* A row of a compiled table: the polynomial that is valid from its t to the next row's t. */
-enum { ROW_T, ROW_Y, ROW_B, ROW_C, ROW_D, ROW_SIZE };
 
 enum { CURVE_NUMBERS = sizeof(kt_curve) / sizeof(double) };
 _Static_assert(sizeof(kt_curve) % sizeof(double) == 0, "curves lie among numbers");
@@ -68,113 +48,10 @@ size_t kt_curve_number_count(const kt_function *function) {
     if (function->type == KT_FUNCTION_POLYNOMIAL)
         return (size_t)function->number_count;
     if (function->type == KT_FUNCTION_TABLE)
-        return (size_t)(function->number_count / 2) * ROW_SIZE;
+        return (size_t)(function->number_count / 2) * KT_PIECE_SIZE;
     if (has_parts(function->type))
         return number_count_of_parts(function);
     return kt_curve_formula_numbers(function);
-}
-
-/* (y_{k+1} - y_k) / h_k */
-static double secant(const double *row) {
-    return (row[ROW_SIZE + ROW_Y] - row[ROW_Y]) / (row[ROW_SIZE + ROW_T] - row[ROW_T]);
-}
-
-/* Stores m_k in each row's C, by elimination of the tridiagonal equations:
- *   forward   D = 2 (h_{k-1} + h_k) - h_{k-1} p_{k-1},  p_k = h_k / D,  g_k = (right-hand side - h_{k-1} g_{k-1}) / D
- *   backward  m_k = g_k - p_k m_{k+1}
- * The rows' B and C hold p and g. If slopes s and s' are given at the ends, their equations are
- *   2 h_0 m_0 + h_0 m_1 = 6 (e_0 - s),  h_{n-2} m_{n-2} + 2 h_{n-2} m_{n-1} = 6 (s' - e_{n-2}). */
-static void spline_curvatures(const kt_function *function, double *rows, int count) {
-    const bool is_clamped = function->has_slopes;
-    rows[ROW_B] = rows[ROW_C] = 0.0;
-    double *last = rows + (size_t)(count - 1) * ROW_SIZE;
-    last[ROW_B] = last[ROW_C] = 0.0;
-    if (is_clamped) {
-        rows[ROW_B] = 0.5;
-        rows[ROW_C] = 3.0 * (secant(rows) - function->slopes[0]) / (rows[ROW_SIZE + ROW_T] - rows[ROW_T]);
-    }
-    for (double *row = rows + ROW_SIZE; row < last; row += ROW_SIZE) {
-        const double *before = row - ROW_SIZE, *next = row + ROW_SIZE;
-        const double h0 = row[ROW_T] - before[ROW_T], h1 = next[ROW_T] - row[ROW_T];
-        const double side = 6.0 * ((next[ROW_Y] - row[ROW_Y]) / h1 - (row[ROW_Y] - before[ROW_Y]) / h0);
-        const double pivot = 2.0 * (h0 + h1) - h0 * before[ROW_B];
-        row[ROW_B] = h1 / pivot;
-        row[ROW_C] = (side - h0 * before[ROW_C]) / pivot;
-    }
-    if (is_clamped) {
-        const double *before = last - ROW_SIZE;
-        const double h = last[ROW_T] - before[ROW_T], side = 6.0 * (function->slopes[1] - secant(before));
-        last[ROW_C] = (side - h * before[ROW_C]) / (h * (2.0 - before[ROW_B]));
-    }
-    for (double *row = last - ROW_SIZE; row > rows; row -= ROW_SIZE)
-        row[ROW_C] -= row[ROW_B] * row[ROW_SIZE + ROW_C];
-    if (is_clamped)
-        rows[ROW_C] -= 0.5 * rows[ROW_SIZE + ROW_C];
-}
-
-/* The slope p at an end, from the interval h0 at this end and its neighbour h1, with the secants e0 and e1. */
-static double end_derivative(double h0, double h1, double e0, double e1) {
-    const double p = ((2.0 * h0 + h1) * e0 - h0 * e1) / (h0 + h1);
-    if (!((p > 0.0 && e0 > 0.0) || (p < 0.0 && e0 < 0.0)))
-        return 0.0;
-    const bool turns = (e0 > 0.0) != (e1 > 0.0);
-    return turns && fabs(p) > 3.0 * fabs(e0) ? 3.0 * e0 : p;
-}
-
-/* Stores p_k in each row's B. */
-static void monotone_derivatives(double *rows, int count) {
-    double *last = rows + (size_t)(count - 1) * ROW_SIZE;
-    if (count == 2) {
-        rows[ROW_B] = last[ROW_B] = secant(rows);
-        return;
-    }
-    for (double *row = rows + ROW_SIZE; row < last; row += ROW_SIZE) {
-        const double h0 = row[ROW_T] - (row - ROW_SIZE)[ROW_T], h1 = row[ROW_SIZE + ROW_T] - row[ROW_T];
-        const double e0 = secant(row - ROW_SIZE), e1 = secant(row), w1 = 2.0 * h1 + h0, w2 = h1 + 2.0 * h0;
-        const bool turns = !((e0 > 0.0 && e1 > 0.0) || (e0 < 0.0 && e1 < 0.0));
-        row[ROW_B] = turns ? 0.0 : (w1 + w2) / (w1 / e0 + w2 / e1);
-    }
-    const double *second = rows + ROW_SIZE, *before = last - ROW_SIZE;
-    rows[ROW_B] = end_derivative(second[ROW_T] - rows[ROW_T], second[ROW_SIZE + ROW_T] - second[ROW_T], secant(rows),
-                                 secant(second));
-    last[ROW_B] = end_derivative(last[ROW_T] - before[ROW_T], before[ROW_T] - (before - ROW_SIZE)[ROW_T],
-                                 secant(before), secant(before - ROW_SIZE));
-}
-
-static void compile_monotone(double *rows, int count) {
-    monotone_derivatives(rows, count);
-    for (int k = 0; k + 1 < count; k++) {
-        double *row = rows + (size_t)k * ROW_SIZE;
-        const double h = row[ROW_SIZE + ROW_T] - row[ROW_T], e = secant(row);
-        const double p0 = row[ROW_B], p1 = row[ROW_SIZE + ROW_B];
-        row[ROW_C] = (3.0 * e - 2.0 * p0 - p1) / h;
-        row[ROW_D] = (p0 + p1 - 2.0 * e) / (h * h);
-    }
-}
-
-static void compile_table(const kt_function *function, double *rows) {
-    const int count = function->number_count / 2;
-    for (int k = 0; k < count; k++) {
-        double *row = rows + (size_t)k * ROW_SIZE;
-        row[ROW_T] = function->numbers[2 * k];
-        row[ROW_Y] = function->numbers[2 * k + 1];
-        row[ROW_B] = row[ROW_C] = row[ROW_D] = 0.0;
-    }
-    if (function->interpolation == KT_INTERPOLATION_MONOTONE) {
-        compile_monotone(rows, count);
-        return;
-    }
-    if (function->interpolation == KT_INTERPOLATION_CUBIC)
-        spline_curvatures(function, rows, count);
-    for (int k = 0; k + 1 < count; k++) {
-        double *row = rows + (size_t)k * ROW_SIZE;
-        const double *next = row + ROW_SIZE;
-        const double h = next[ROW_T] - row[ROW_T];
-        const double m0 = row[ROW_C], m1 = next[ROW_C];
-        row[ROW_B] = (next[ROW_Y] - row[ROW_Y]) / h - h * (2.0 * m0 + m1) / 6.0;
-        row[ROW_C] = 0.5 * m0;
-        row[ROW_D] = (m1 - m0) / (6.0 * h);
-    }
 }
 
 static void compile_parts(const kt_function *function, double *numbers, kt_curve *curve) {
@@ -215,7 +92,8 @@ kt_curve kt_curve_compile(const kt_function *function, double *numbers, size_t f
         break;
     case KT_FUNCTION_TABLE:
         curve.count = function->number_count / 2;
-        compile_table(function, numbers + first);
+        kt_rows_compile(function->numbers, curve.count, function->interpolation,
+                        function->has_slopes ? KT_ROW_ENDS_GIVEN : KT_ROW_ENDS_FREE, function->slopes, numbers + first);
         break;
     default:
         if (has_parts(function->type))
@@ -257,35 +135,22 @@ static void evaluate_polynomial(const double *c, int count, double t, double out
     set_derivatives(out, p, d1, 2.0 * d2);
 }
 
-/* The row with t_row <= t < t_(row + 1), or the nearest one that begins a piece; a NaN ends in some row. */
-static int find_row(const double *rows, int count, double t) {
-    int low = 0, high = count - 1;
-    while (high - low > 1) {
-        const int middle = low + (high - low) / 2;
-        if (t < rows[(size_t)middle * ROW_SIZE + ROW_T])
-            high = middle;
-        else
-            low = middle;
-    }
-    return low;
-}
-
 static void evaluate_table(const double *rows, int count, double t, double out[3]) {
-    const double *last = rows + (size_t)(count - 1) * ROW_SIZE;
-    if (t < rows[ROW_T]) {
-        set_derivatives(out, rows[ROW_Y], 0.0, 0.0);
+    const double *last = rows + (size_t)(count - 1) * KT_PIECE_SIZE;
+    if (t < rows[KT_PIECE_X]) {
+        set_derivatives(out, rows[KT_PIECE_Y], 0.0, 0.0);
         return;
     }
-    if (t > last[ROW_T]) {
-        set_derivatives(out, last[ROW_Y], 0.0, 0.0);
+    if (t > last[KT_PIECE_X]) {
+        set_derivatives(out, last[KT_PIECE_Y], 0.0, 0.0);
         return;
     }
-    const double *row = rows + (size_t)find_row(rows, count, t) * ROW_SIZE;
-    const double s = t - row[ROW_T], b = row[ROW_B], c = row[ROW_C], d = row[ROW_D];
-    set_derivatives(out, row[ROW_Y] + s * (b + s * (c + s * d)), b + s * (2.0 * c + 3.0 * s * d),
+    const double *row = rows + (size_t)kt_rows_find(rows, count, t) * KT_PIECE_SIZE;
+    const double s = t - row[KT_PIECE_X], b = row[KT_PIECE_B], c = row[KT_PIECE_C], d = row[KT_PIECE_D];
+    set_derivatives(out, row[KT_PIECE_Y] + s * (b + s * (c + s * d)), b + s * (2.0 * c + 3.0 * s * d),
                     2.0 * c + 6.0 * s * d);
-    if (t == last[ROW_T]) /* exactly the value that follows */
-        out[0] = last[ROW_Y];
+    if (t == last[KT_PIECE_X]) /* exactly the value that follows */
+        out[0] = last[KT_PIECE_Y];
 }
 
 static kt_curve curve_part_of(const kt_curve *curve, const double *numbers, int i) {
@@ -340,12 +205,12 @@ void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, d
 }
 
 static double table_speed(const double *rows, int count, double t) {
-    const double *last = rows + (size_t)(count - 1) * ROW_SIZE;
-    if (t < rows[ROW_T] || t > last[ROW_T])
+    const double *last = rows + (size_t)(count - 1) * KT_PIECE_SIZE;
+    if (t < rows[KT_PIECE_X] || t > last[KT_PIECE_X])
         return 0.0;
-    const double *row = rows + (size_t)find_row(rows, count, t) * ROW_SIZE;
-    const double s = t - row[ROW_T];
-    return fabs(row[ROW_B]) + s * (2.0 * fabs(row[ROW_C]) + 3.0 * s * fabs(row[ROW_D]));
+    const double *row = rows + (size_t)kt_rows_find(rows, count, t) * KT_PIECE_SIZE;
+    const double s = t - row[KT_PIECE_X];
+    return fabs(row[KT_PIECE_B]) + s * (2.0 * fabs(row[KT_PIECE_C]) + 3.0 * s * fabs(row[KT_PIECE_D]));
 }
 
 static double parts_speed(const kt_curve *curve, const double *numbers, double t) {
@@ -391,10 +256,11 @@ static const double equal = 64.0 * DBL_EPSILON;
 
 /* The lowest derivative that jumps at row k; 0: none. On both sides of the rows the table rests. */
 static int jump_at_row(const double *rows, int count, int k) {
-    const double *row = rows + (size_t)k * ROW_SIZE, *before = row - ROW_SIZE;
+    const double *row = rows + (size_t)k * KT_PIECE_SIZE, *before = row - KT_PIECE_SIZE;
     double left[3] = {0.0, 0.0, 0.0}, right[3] = {0.0, 0.0, 0.0}, size[3] = {0.0, 0.0, 0.0};
     if (k > 0) {
-        const double h = row[ROW_T] - before[ROW_T], b = before[ROW_B], c = before[ROW_C], d = before[ROW_D];
+        const double h = row[KT_PIECE_X] - before[KT_PIECE_X], b = before[KT_PIECE_B], c = before[KT_PIECE_C],
+                     d = before[KT_PIECE_D];
         left[0] = b + h * (2.0 * c + 3.0 * h * d);
         left[1] = 2.0 * c + 6.0 * h * d;
         left[2] = 6.0 * d;
@@ -403,9 +269,9 @@ static int jump_at_row(const double *rows, int count, int k) {
         size[2] = 6.0 * fabs(d);
     }
     if (k + 1 < count) {
-        right[0] = row[ROW_B];
-        right[1] = 2.0 * row[ROW_C];
-        right[2] = 6.0 * row[ROW_D];
+        right[0] = row[KT_PIECE_B];
+        right[1] = 2.0 * row[KT_PIECE_C];
+        right[2] = 6.0 * row[KT_PIECE_D];
     }
     for (int i = 0; i < 3; i++)
         if (fabs(right[i] - left[i]) > equal * (size[i] + fabs(right[i])))
@@ -420,10 +286,10 @@ bool kt_curve_has_breakpoints(const kt_curve *curve) {
 }
 
 static kt_breakpoint next_row(const double *rows, int count, double t) {
-    for (int k = t < rows[ROW_T] ? 0 : find_row(rows, count, t) + 1; k < count; k++) {
+    for (int k = t < rows[KT_PIECE_X] ? 0 : kt_rows_find(rows, count, t) + 1; k < count; k++) {
         const int order = jump_at_row(rows, count, k);
-        if (order > 0 && rows[(size_t)k * ROW_SIZE + ROW_T] > t)
-            return (kt_breakpoint){rows[(size_t)k * ROW_SIZE + ROW_T], order};
+        if (order > 0 && rows[(size_t)k * KT_PIECE_SIZE + KT_PIECE_X] > t)
+            return (kt_breakpoint){rows[(size_t)k * KT_PIECE_SIZE + KT_PIECE_X], order};
     }
     return (kt_breakpoint){HUGE_VAL, 0};
 }

@@ -4,6 +4,7 @@
 
 #include "base/aligned.h"
 #include "base/arena.h"
+#include "expression/lookup.h"
 #include "model/model.h"
 #include "model/relative.h"
 
@@ -76,6 +77,9 @@ static const char *list_formula_name(void *user, int k) {
     return names->shown;
 }
 
+/* Tables are the first numbers of a model. */
+const double *kt_model_tables(const kt_model *model) { return model->number; }
+
 int kt_body_with_joint(const kt_description *description, const char *name) {
     for (int i = 0; i < description->body_count; i++)
         if (kt_joint_name_of(&description->bodies[i]) && strcmp(kt_joint_name_of(&description->bodies[i]), name) == 0)
@@ -92,7 +96,11 @@ kt_formula_names kt_formula_names_of(const kt_description *description, const kt
 }
 
 kt_symbols kt_formula_symbols(kt_formula_names *names) {
-    return (kt_symbols){.find = find_formula_symbol, .list = list_formula_name, .user = names};
+    return (kt_symbols){.find = find_formula_symbol,
+                        .list = list_formula_name,
+                        .user = names,
+                        .tables = names->description->tables,
+                        .table_count = names->description->table_count};
 }
 
 /* ---- couplings --------------------------------------------------------------------------------------------------- */
@@ -123,16 +131,35 @@ static const char *list_term(void *user, int k) {
 }
 
 kt_symbols kt_coupling_symbols(kt_coupling_names *names) {
-    return (kt_symbols){.find = find_term, .list = list_term, .user = names};
+    return (kt_symbols){.find = find_term,
+                        .list = list_term,
+                        .user = names,
+                        .tables = names->description->tables,
+                        .table_count = names->description->table_count};
 }
 
-bool kt_checker_text(kt_checker *checker, const char *field, const char *text, const kt_symbols *symbols) {
+/* A table of a formula whose slope jumps at rows; NULL: there is none. */
+static const char *find_kinked_table(const kt_expression *expression, const kt_symbols *symbols) {
+    for (size_t i = 0; i < expression->count; i++) {
+        const kt_expression_term *term = &expression->term[i];
+        if (kt_operator_is_lookup((kt_operator)term->code) &&
+            symbols->tables[term->symbol].interpolation == KT_INTERPOLATION_LINEAR)
+            return symbols->tables[term->symbol].name;
+    }
+    return NULL;
+}
+
+/* Reads a text. kinked receives a table whose slope jumps (NULL: not sought). */
+static bool check_text(kt_checker *checker, const char *field, const char *text, const kt_symbols *symbols,
+                       const char **kinked) {
     const kt_expression *expression = NULL;
     kt_error error = {0};
     const size_t size = kt_expression_size(text);
     void *memory = kt_arena_allocate(size, "reading a formula", &error);
     const bool fine =
         memory != NULL && kt_expression_parse(text, symbols, memory, size, &expression, NULL, &error) == KT_OK;
+    if (fine && kinked != NULL)
+        *kinked = find_kinked_table(expression, symbols);
     kt_aligned_release(memory);
     if (!fine)
         kt_checker_fault(checker, field, -1, "%s: %s (%s of %s)", field, error.message, error.where,
@@ -140,9 +167,14 @@ bool kt_checker_text(kt_checker *checker, const char *field, const char *text, c
     return fine;
 }
 
+bool kt_checker_text(kt_checker *checker, const char *field, const char *text, const kt_symbols *symbols) {
+    return check_text(checker, field, text, symbols, NULL);
+}
+
 void kt_checker_coupling(kt_checker *checker, const char *field, const kt_loop *loop) {
-    kt_coupling_names names = {.loop = loop};
+    kt_coupling_names names = {.description = checker->description, .loop = loop};
     const kt_symbols symbols = kt_coupling_symbols(&names);
+    const char *kinked = NULL;
     for (int k = 0; k < loop->term_count && loop->terms != NULL; k++)
         if (loop->terms[k].joint == NULL)
             return; /* that has been reported */
@@ -151,8 +183,13 @@ void kt_checker_coupling(kt_checker *checker, const char *field, const kt_loop *
     if (loop->term_count > KT_FORMULA_VARIABLE_MAX)
         kt_checker_fault(checker, field, -1, "%s: the coupling has %d joints; with a formula at most %d", field,
                          loop->term_count, KT_FORMULA_VARIABLE_MAX);
-    else if (kt_checker_text(checker, field, loop->formula, &symbols) && loop->side != KT_SIDE_NONE)
+    else if (check_text(checker, field, loop->formula, &symbols, &kinked) && loop->side != KT_SIDE_NONE)
         kt_checker_fault(checker, "side", -1, "a coupling with a formula holds; it bounds no side");
+    if (kinked != NULL)
+        kt_checker_fault(checker, field, -1,
+                         "%s: the slope of the table '%.60s' jumps at its rows, and with it the velocity; give the "
+                         "table `interpolation: cubic` or `monotone`, and one input",
+                         field, kinked);
 }
 
 /* ---- forces ------------------------------------------------------------------------------------------------------ */

@@ -28,6 +28,9 @@ KT_INNER kt_formula_names kt_formula_names_of(const kt_description *description,
 /* The symbols of kt_expression_parse with the indices of `variable`. */
 KT_INNER kt_symbols kt_formula_symbols(kt_formula_names *names);
 
+/* The tables of formulas, compiled one behind the other. */
+KT_INNER const double *kt_model_tables(const kt_model *model);
+
 /* The index of the body that a joint of this name carries; -1 if there is none. O(bodies). */
 KT_INNER int kt_body_with_joint(const kt_description *description, const char *name);
 
@@ -38,6 +41,7 @@ static inline bool kt_loop_has_formula(const kt_loop *loop) {
 
 /* The names that the formula of a coupling may use, the names of its terms, in their order. */
 typedef struct kt_coupling_names {
+    const kt_description *description;
     const kt_loop *loop;
     char shown[300]; /* the name that was listed last */
 } kt_coupling_names;

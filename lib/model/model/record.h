@@ -18,7 +18,9 @@
 #include <stdint.h>
 
 /* Whether a loop or an effect that is being compiled is off in this model. */
-#define KT_IS_OFF(item) ((item)->switching == KT_SWITCHED_OFF)
+#define KT_IS_OFF(item) ((item)->switching == KT_SWITCHED_OFF || (item)->switching == KT_NEVER_ON)
+/* Whether the item may be switched. */
+#define KT_IS_SWITCHED(item) ((item)->switching == KT_SWITCHED_ON || (item)->switching == KT_SWITCHED_OFF)
 
 /* The axes of a joint at q = 0, expressed in the joint frame. */
 typedef struct kt_joint_axes {
@@ -284,6 +286,7 @@ typedef struct kt_relative_record {
     int32_t loop;             /* index in the description */
     int32_t component;        /* number among the loop's coordinates */
     int32_t term, term_count; /* in model->term: the links that count turns */
+    int32_t first_count;      /* terms of the first end, which come before those of the second */
     double angle, per_length; /* an angle is near the sum of the terms, d_z per_length (a screw's 1 / pitch) and this */
     double zero;              /* universal: the direction from which it is counted */
 } kt_relative_record;

@@ -14,6 +14,7 @@ static const uint8_t coordinates[KT_LOOP_TYPE_COUNT][MOST] = {
     [KT_LOOP_COAXIAL] = {KT_RELATIVE_ANGLE},
     [KT_LOOP_INLINE] = {KT_RELATIVE_Z},
     [KT_LOOP_INPLANE] = {KT_RELATIVE_X, KT_RELATIVE_Y},
+    [KT_LOOP_SPAN] = {KT_RELATIVE_STRETCH},
 };
 
 kt_relative kt_relative_at(kt_loop_type type, int k) {

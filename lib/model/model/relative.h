@@ -21,13 +21,14 @@ typedef enum kt_relative {
     KT_RELATIVE_X, /* displacements along the first end's axes */
     KT_RELATIVE_Y,
     KT_RELATIVE_Z,
-    KT_RELATIVE_ANGLE, /* about z of both ends */
-    KT_RELATIVE_FIRST, /* universal: about z of the first end, and about that of the second */
+    KT_RELATIVE_STRETCH, /* how much longer a span is than its rope */
+    KT_RELATIVE_ANGLE,   /* about z of both ends */
+    KT_RELATIVE_FIRST,   /* universal: about z of the first end, and about that of the second */
     KT_RELATIVE_SECOND
 } kt_relative;
 
 static inline bool kt_relative_is_length(kt_relative relative) {
-    return relative >= KT_RELATIVE_X && relative <= KT_RELATIVE_Z;
+    return relative >= KT_RELATIVE_X && relative <= KT_RELATIVE_STRETCH;
 }
 
 /* Returns the k-th relative coordinate of loops of a type. The order is the order of coordinates in the joint that

@@ -81,7 +81,8 @@ static uint64_t sum_of_formulas(uint64_t sum, const kt_model *model, const kt_ef
             effect->formula[k] > 0 ? (const void *)(model->number + effect->formula[k] - 1) : NULL;
         for (size_t i = 0; formula != NULL && i < formula->count; i++) {
             const kt_expression_term *term = &formula->term[i];
-            const int32_t numbers[] = {k, term->code, term->code == KT_OPERATOR_SYMBOL ? term->symbol : 0};
+            const bool is_number = term->code == KT_OPERATOR_NUMBER; /* else a variable, or a table */
+            const int32_t numbers[] = {k, term->code, is_number ? 0 : term->symbol};
             sum = kt_sum_add(sum, numbers, sizeof numbers);
         }
     }

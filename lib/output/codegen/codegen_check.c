@@ -4,6 +4,7 @@
 
 #include "base/where.h"
 #include "codegen/loops.h"
+#include "codegen/node_effect.h"
 #include "kinetree/codegen.h"
 #include "kinetree/descriptor.h"
 #include "kinetree/loop.h"
@@ -120,6 +121,11 @@ kt_status kt_code_check(const kt_model *model, unsigned functions, kt_error *err
         if (model->state[i].law != NULL)
             return kt_error_set(error, KT_ERROR_MODEL, model->text + model->state[i].name,
                                 "its rate is a function in C; leave out states and steps, or give a formula");
+    for (size_t i = 0; i < model->n.x && (functions & KT_CODEGEN_STATES); i++)
+        if (model->state[i].formula[0] > 0 && !kt_code_has_tables(kt_code_formula_of(model, &model->state[i], 0)))
+            return kt_error_set(error, KT_ERROR_MODEL, model->text + model->state[i].name,
+                                "its rate calls a table of more than 100 rows, or of more than 400 points of a grid; "
+                                "leave out states and steps, or shorten the table");
     if (model->n.v == 0)
         return kt_error_set(error, KT_ERROR_MODEL, NULL, "no joint can move, and there is nothing to generate");
     if ((functions &

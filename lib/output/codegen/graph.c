@@ -277,7 +277,7 @@ static double call_function(kt_op_function function, double a, double b) {
         return pow(a, b);
     default: {
         static double (*const call[])(double) = {sin,  cos,  tan, asin, acos, atan, sinh,
-                                                 cosh, tanh, exp, log,  sqrt, fabs};
+                                                 cosh, tanh, exp, log,  sqrt, fabs, floor};
         return call[function](a);
     }
     }

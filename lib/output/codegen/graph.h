@@ -54,6 +54,7 @@ typedef enum kt_op_kind {
     X(LOG, log)                                                                                                        \
     X(SQRT, sqrt)                                                                                                      \
     X(ABS, fabs)                                                                                                       \
+    X(FLOOR, floor)                                                                                                    \
     X(ATAN2, atan2)                                                                                                    \
     X(HYPOT, hypot)                                                                                                    \
     X(POWER, pow)

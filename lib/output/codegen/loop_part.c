@@ -5,6 +5,7 @@
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/loop_rows.h"
+#include "constraint/formula_row.h"
 #include "constraint/group.h"
 #include "kinetree/description.h"
 
@@ -93,6 +94,8 @@ static bool has_loop_form(const kt_loop_record *r) {
 bool kt_code_has_loop_type(const kt_model *model, int loop) {
     const kt_loop_record *r = &model->loop[loop];
     if (r->group < 0) /* it is switched off */
+        return false;
+    if (kt_has_formula_row(r) && !kt_code_has_tables(kt_loop_formula(model, r)))
         return false;
     if (has_function(r))
         return kt_code_has_curve(model, &r->curve);

@@ -46,8 +46,10 @@ const char *kt_code_loop_fault(const kt_model *model, int loop) {
         return "the nearest point of a helix or a spline follows from an iteration; a line or a circle can be "
                "generated";
     if (!kt_code_has_loop_type(model, loop))
-        return r->type == KT_LOOP_CUSTOM ? "functions in C are not among the types"
-                                         : "its function has more than 100 rows, or follows a parameter that was set";
+        return r->type == KT_LOOP_CUSTOM
+                   ? "functions in C are not among the types"
+                   : "its function or its table has more than 100 rows, its grid more than 400 points, or "
+                     "its function follows a parameter that was set";
     if (model->disagreement > 0.0)
         return "its data contradict those of other loops by rounding";
     const kt_group *group = &model->group[r->group];

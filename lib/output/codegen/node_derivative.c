@@ -113,6 +113,7 @@ static kt_op call_slope(kt_graph *g, kt_op i, kt_op s) {
         const kt_op minus = kt_op_negate(g, s);
         return kt_op_choose(g, n.a, s, kt_op_choose(g, kt_op_negate(g, n.a), minus, zero));
     }
+    case KT_OP_FLOOR:
     case KT_OP_ATAN2:
     case KT_OP_HYPOT:
     case KT_OP_POWER:

@@ -29,6 +29,9 @@ const char *kt_code_effect_fault(const kt_model *model, const kt_effect_record *
     for (int k = 0; k < 3; k++)
         if (!kt_code_has_curve(model, &effect->curve[k]))
             return "its function of time has more than 100 rows, or follows a parameter that was set";
+    for (int k = 0; k < 6; k++)
+        if (effect->formula[k] > 0 && !kt_code_has_tables(kt_code_formula_of(model, effect, k)))
+            return "its formula calls a table of more than 100 rows, or of more than 400 points of a grid";
     return NULL;
 }
 

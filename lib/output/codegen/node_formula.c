@@ -2,7 +2,7 @@
  * the stack, as in expression/formula_value.c. Jumps and branches become choices. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "codegen/recursion.h"
-#include "expression/expression.h"
+#include "expression/lookup.h"
 
 /* Powers with small whole exponents are products. */
 static kt_op power_of(kt_graph *g, kt_op x, kt_op y) {
@@ -74,8 +74,10 @@ kt_op kt_code_formula(kt_graph *g, const kt_expression *formula, const kt_op *va
     for (kt_postfix w = kt_postfix_begin(formula); kt_postfix_next(&w);)
         stack[w.at] = w.code == KT_OPERATOR_NUMBER ? kt_op_number(g, w.term->number)
                       : w.is_leaf                  ? value[w.term->symbol]
-                      : w.is_binary                ? operate_on_two(g, w.code, stack[w.at], stack[w.other])
-                                                   : operate_on_one(g, w.code, stack[w.at]);
+                      : kt_operator_is_lookup(w.code)
+                          ? kt_code_lookup(g, kt_lookup_of(w.term), stack[w.at], stack[w.other])
+                      : w.is_binary ? operate_on_two(g, w.code, stack[w.at], stack[w.other])
+                                    : operate_on_one(g, w.code, stack[w.at]);
     return stack[0];
 }
 
@@ -84,8 +86,11 @@ void kt_code_hash_formula(const kt_expression *formula, kt_code_hash *hash, uint
         const kt_expression_term *term = &formula->term[i];
         const int32_t symbol = term->code == KT_OPERATOR_SYMBOL ? term->symbol : 0;
         const double number = term->code == KT_OPERATOR_NUMBER ? term->number : 0.0;
+        const double *table = kt_operator_is_lookup((kt_operator)term->code) ? kt_lookup_of(term) : NULL;
         hash(h, &term->code, sizeof term->code);
         hash(h, &symbol, sizeof symbol);
         hash(h, &number, sizeof number);
+        if (table != NULL)
+            hash(h, table, kt_lookup_size(table) * sizeof *table);
     }
 }

@@ -118,6 +118,10 @@ void kt_code_hash_curve(const kt_model *model, const kt_curve *curve, kt_code_ha
 
 /* A formula, with nodes for its variables (node_formula.c). */
 kt_op kt_code_formula(kt_graph *g, const kt_expression *formula, const kt_op *value);
+/* The node of a lookup table; y: of the second input, if the table has two. */
+kt_op kt_code_lookup(kt_graph *g, const double *table, kt_op x, kt_op y);
+/* Whether all tables that a formula calls are short enough for generated code. */
+bool kt_code_has_tables(const kt_expression *formula);
 void kt_code_hash_formula(const kt_expression *formula, kt_code_hash *hash, uint64_t *h);
 
 /* The derivative of a function of time, by the chain rule. */

@@ -253,7 +253,7 @@ static bool is_smooth_in_loop(const stage *s) {
             continue;
         (void)kt_effect_load_find(m, tree->data, 0.3, s->state.q, s->state.v, r, end, &load);
         const kt_relative_motion motion = kt_relative_motion_of(m, r, s->state.q, end);
-        const double away = fabs(motion.position - r->relative.angle - motion.counted);
+        const double away = fabs(motion.position - r->relative.angle - (motion.counted[0] + motion.counted[1]));
         if (fabs(motion.rate) < 0.15 || fabs(motion.rate) > 3.0 || fabs(motion.position) > 4.0)
             return false; /* stops and servos have kinks there */
         if (kt_relative_is_length((kt_relative)r->relative.type))

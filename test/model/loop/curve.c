@@ -27,7 +27,7 @@ static kt_loop_record loop_of(const kt_track *track, kt_function f, double numbe
     r.number = kt_curve_number_count(&f);
     if (!kt_check_true("numbers fit", r.number + kt_loop_kinds_baseline[KT_LOOP_CURVE]->number_count(&loop) <= NUMBERS))
         return r;
-    kt_loop_kinds_baseline[KT_LOOP_CURVE]->prepare(&loop, numbers, &r);
+    kt_loop_kinds_baseline[KT_LOOP_CURVE]->prepare(NULL, &loop, numbers, &r);
     return r;
 }
 
