@@ -18,9 +18,8 @@ void kt_stop_note(const kt_model *model, const kt_data *data, const kt_loop_reco
     data->stopped[1] = code;
 }
 
-kt_status kt_stop_report_noted(const kt_model *model, const kt_data *data, double t, kt_status status,
-                               kt_error *error) {
-    if (!is_noted(model, data))
+kt_status kt_stop_report(const kt_model *model, const kt_data *data, double t, kt_status status, kt_error *error) {
+    if (!model->custom || !is_noted(model, data))
         return status;
     const char *name = model->text + model->loop[data->stopped[0] - 1].name;
     data->stopped[0] = 0;

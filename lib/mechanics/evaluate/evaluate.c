@@ -20,23 +20,20 @@ kt_status kt_inertia_reject(const char *where, kt_error *error) {
         "the mechanism has no positive inertia along one of the degrees of freedom that its loops leave");
 }
 
-KT_INLINE kt_status accelerate_trusted(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
-                                       kt_error *error) {
-    const kt_status given = at->external ? kt_wrenches_check(model, at->q, at->v, at->external, error) : KT_OK;
-    if (given != KT_OK)
-        return given;
-    if (!model->n.effect)
-        return kt_stop_report(model, data, at->t, model->forward(model, data, at, a, error), error);
-    kt_dynamic_state loaded = *at;
-    kt_status status = kt_effects_apply(model, data, &loaded, error);
-    if (status == KT_OK)
-        status = model->forward(model, data, &loaded, a, error);
-    return kt_stop_report(model, data, at->t, status, error);
-}
-
 kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                                   kt_error *error) {
-    return accelerate_trusted(model, data, at, a, error);
+    kt_dynamic_state loaded;
+    kt_status status = at->external ? kt_wrenches_check(model, at->q, at->v, at->external, error) : KT_OK;
+    if (status != KT_OK)
+        return status;
+    if (model->n.effect) {
+        loaded = *at;
+        status = kt_effects_apply(model, data, &loaded, error);
+        at = &loaded;
+    }
+    if (status == KT_OK)
+        status = model->forward(model, data, at, a, error);
+    return model->custom ? kt_stop_report(model, data, at->t, status, error) : status;
 }
 
 /* Checks open contacts before. Their poses serve the accelerations of slip, too, unless effects come between. */
@@ -45,7 +42,7 @@ static kt_status accelerate_checked(const kt_model *model, kt_data *data, const 
     kt_status status = model->variants->check_open(model, data, at->t, at->q, at->v, error);
     data->placed = data->placed && model->n.effect == 0;
     if (status == KT_OK)
-        status = accelerate_trusted(model, data, at, a, error);
+        status = kt_acceleration_trusted(model, data, at, a, error);
     data->placed = false;
     return status;
 }
@@ -57,7 +54,7 @@ kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double 
     const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
     if (model->variants != NULL && !data->followed)
         return accelerate_checked(model, data, &at, a, error);
-    return accelerate_trusted(model, data, &at, a, error);
+    return kt_acceleration_trusted(model, data, &at, a, error);
 }
 
 /* Points at->external at the sum of its wrenches and the wrenches of changing masses (dynamics/variable_mass.c). */

@@ -45,8 +45,9 @@ kt_status kt_state_project_trusted(const kt_model *model, kt_data *data, double 
     if (model->n.q > model->n.v && !kt_unit_quaternions(model, new_q))
         return kt_input_reject_not_finite(model, t, &input, error);
     if (model->n.group) {
-        const kt_status projected = kt_loops_project(model, data, t, &input, new_q, new_v, &moved, error);
-        const kt_status status = kt_stop_report(model, data, t, projected, error);
+        kt_status status = kt_loops_project(model, data, t, &input, new_q, new_v, &moved, error);
+        if (model->custom)
+            status = kt_stop_report(model, data, t, status, error);
         if (status != KT_OK)
             return status;
     }

@@ -48,7 +48,7 @@ static void own_row(const kt_group_work *w, int c, int dofs, int row) {
         w->basis[(size_t)d * m + at] = d == c ? 1.0 : 0.0;
 }
 
-void kt_group_scale_basis_of(const kt_group_work *w, int rank) {
+void kt_group_scale_basis(const kt_group_work *w, int rank) {
     const size_t m = (size_t)w->m;
     const int dofs = w->m - rank;
     for (int c = 0; c < dofs; c++) {

@@ -13,34 +13,30 @@ typedef void kt_basis(const kt_group_work *w, int rank);
 
 #ifndef KT_LANES
 
-/* Balanced groups (compile/group_units.c): a method factors the matrix of A_ij unit_j / scale_i, and finds the numbers
- * y_j = x_j / unit_j. In all other groups these functions change nothing. */
+/* Balanced groups, which have units (compile/group_units.c): a method factors the matrix of A_ij unit_j / scale_i, and
+ * finds the numbers y_j = x_j / unit_j. These functions serve balanced groups only. */
 
 /* Scales the entries of equation c. */
 static inline void kt_group_scale_equation(const kt_group_work *w, int c, double *x) {
-    for (int i = 0; i < w->m && w->unit; i++)
+    for (int i = 0; i < w->m; i++)
         x[i] *= w->unit[i] / w->scale[c];
 }
 
 /* y to x, or forces on coordinates to forces in their units. */
 static inline void kt_group_scale_coordinates(const kt_group_work *w, double *x) {
-    for (int i = 0; i < w->m && w->unit; i++)
+    for (int i = 0; i < w->m; i++)
         x[i] *= w->unit[i];
 }
 
 /* Multiplies the scales of the equations into the first `rank` columns of an upper triangle in w->factor. */
 static inline void kt_group_unscale_columns(const kt_group_work *w, int rank) {
-    for (int c = 0; c < rank && w->unit; c++)
+    for (int c = 0; c < rank; c++)
         for (int i = 0; i <= c; i++)
             w->factor[(size_t)c * (size_t)w->m + (size_t)i] *= w->scale[w->pivot[c]];
 }
 
 /* Turns a basis in y into one in x. */
-KT_INNER void kt_group_scale_basis_of(const kt_group_work *w, int rank);
-static inline void kt_group_scale_basis(const kt_group_work *w, int rank) {
-    if (w->unit)
-        kt_group_scale_basis_of(w, rank);
-}
+KT_INNER void kt_group_scale_basis(const kt_group_work *w, int rank);
 
 /* A method of solving A x = b for the coordinates (qr_method.c; others in lib/study/compare). `cap` is the structural
  * rank. */

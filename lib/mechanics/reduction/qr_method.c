@@ -37,7 +37,8 @@ static void unweight(const kt_group_work *w, int rank) {
     if (w->weight)
         kt_qr_unweight(&qr, w->m, rank, w->weight);
 #ifndef KT_LANES
-    kt_group_unscale_columns(w, rank);
+    if (w->unit)
+        kt_group_unscale_columns(w, rank);
 #endif
 }
 
@@ -57,7 +58,8 @@ KT_INLINE int factor_any(const kt_group_work *w, int cap, kt_condition *full) {
         for (int i = 0; i < m; i++)
             x[i] = weight * a[i];
 #ifndef KT_LANES
-        kt_group_scale_equation(w, c, x);
+        if (w->unit)
+            kt_group_scale_equation(w, c, x);
 #endif
         norm[c] = kt_squares(x, 0, m);
     }
@@ -110,7 +112,8 @@ static int factor_large(kt_group_work *w, int cap) {
             return -1;
     }
     for (size_t c = 0; c < k; c++)
-        kt_group_scale_equation(w, (int)c, w->factor + c * m);
+        if (w->unit)
+            kt_group_scale_equation(w, (int)c, w->factor + c * m);
     (void)kt_lapack_geqp3(w->m, w->k, w->factor, w->pivot, w->reflector_scale, w->work, size);
     for (int c = 0; c < w->k; c++)
         w->pivot[c]--; /* Fortran counts from 1 */
@@ -156,7 +159,8 @@ KT_INLINE void particular(const kt_group_work *w, int rank, const kt_real1 *b, k
         x[i] = kt_real1_splat(0.0);
     apply(w, rank, false, x, 1);
 #ifndef KT_LANES
-    kt_group_scale_coordinates(w, x);
+    if (w->unit)
+        kt_group_scale_coordinates(w, x);
 #endif
 }
 
@@ -167,7 +171,8 @@ KT_INLINE void basis(const kt_group_work *w, int rank) {
         w->basis[(c - (size_t)rank) * m + c] = kt_real1_splat(1.0);
     apply(w, rank, false, w->basis, w->m - rank);
 #ifndef KT_LANES
-    kt_group_scale_basis(w, rank);
+    if (w->unit)
+        kt_group_scale_basis(w, rank);
 #endif
 }
 
@@ -182,7 +187,8 @@ static kt_condition solve_by_qr(const kt_group_work *w, int rank, int width) {
 
 static void qr_multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
     const kt_qr qr = qr_of(w);
-    kt_group_scale_coordinates(w, g);
+    if (w->unit)
+        kt_group_scale_coordinates(w, g);
     apply(w, rank, true, g, 1);
     kt_qr_solve(&qr, w->m, rank, g);
     for (int i = 0; i < w->k; i++)

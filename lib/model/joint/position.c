@@ -46,6 +46,11 @@ void kt_position_add(const kt_model *model, const double *q, const double *dv, d
 }
 
 void kt_position_move(const kt_model *model, const bool *held, const double *q, const double *dv, double *out) {
+    if (model->n.q == model->n.v) { /* without quaternions, a position and its rate have one index */
+        for (size_t i = 0; i < model->n.q; i++)
+            out[i] = dv[i] != 0.0 && !(held && held[i]) ? q[i] + dv[i] : q[i];
+        return;
+    }
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
         const kt_motion_facts motion = kt_motion_facts_of(link->motion);

@@ -397,6 +397,8 @@ kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt
     if (status != KT_OK)
         return status;
     memcpy(kt_simulation_block(simulation), from + at.state, kt_simulation_block_size(size));
+    if (simulation->memory.pending)
+        kt_simulation_await_inputs(simulation);
     if (head.settings.duration != simulation->duration || head.settings.interval != simulation->records.interval) {
         simulation->memory.next_record = 0;
         kt_simulation_skip_records(simulation);

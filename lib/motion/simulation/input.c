@@ -52,7 +52,17 @@ static kt_status enter_inputs(kt_simulation *simulation, const kt_step_progress 
     return simulation->memory.pending ? kt_simulation_inputs_commit(simulation, error) : KT_OK;
 }
 
-const kt_part kt_input_part = {.enter = enter_inputs};
+static bool takes_inputs(const kt_simulation *simulation) { return simulation->takes_inputs; }
+
+const kt_part kt_input_part = {.is_active = takes_inputs, .enter = enter_inputs};
+
+void kt_simulation_await_inputs(kt_simulation *simulation) {
+    simulation->memory.pending = true;
+    if (!simulation->takes_inputs) {
+        simulation->takes_inputs = true;
+        kt_parts_list(simulation);
+    }
+}
 
 kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torque, kt_error *error) {
     if (KT_IS_MISSING(error, simulation))
@@ -69,7 +79,7 @@ kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torq
     }
     kt_copy_or_clear(simulation->torque_next, torque, nv * sizeof(double));
     simulation->memory.next.torque = torque != NULL;
-    simulation->memory.pending = true;
+    kt_simulation_await_inputs(simulation);
     return KT_OK;
 }
 
@@ -90,6 +100,6 @@ kt_status kt_simulation_set_wrenches(kt_simulation *simulation, const kt_wrench 
         }
     kt_copy_or_clear(simulation->wrench_next, wrenches, count * sizeof(kt_wrench));
     simulation->memory.next.wrenches = wrenches != NULL;
-    simulation->memory.pending = true;
+    kt_simulation_await_inputs(simulation);
     return KT_OK;
 }

@@ -13,7 +13,7 @@ void kt_simulation_place_parts(kt_simulation *simulation);
 
 /* The parts of this room. */
 extern const kt_part kt_input_part, kt_gap_part, kt_leap_part, kt_event_part, kt_count_part, kt_balance_part,
-    kt_power_part, kt_state_part, kt_failure_part;
+    kt_power_part, kt_failure_part;
 
 /* The model of small motions about the present state, in which all contacts that rest are closed. */
 const kt_model *kt_simulation_resting_model(kt_simulation *simulation);
@@ -39,6 +39,9 @@ KT_CHECKED kt_status kt_simulation_import_state(kt_simulation *simulation, doubl
 
 /* Computes the reactions and multipliers of a record; leaves the kinematics of its motion in data. */
 KT_CHECKED kt_status kt_simulation_react(kt_simulation *simulation, double t, const double *y, kt_error *error);
+
+/* Inputs or a parameter were set, which the next step will put into force. Makes their part active. */
+void kt_simulation_await_inputs(kt_simulation *simulation);
 
 /* Puts inputs that were set since the last step into force for the next step. */
 KT_CHECKED kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error);

@@ -426,7 +426,8 @@ kt_status kt_simulation_set_parameter(kt_simulation *simulation, kt_model *copy,
     if (status != KT_OK)
         return status;
     kt_simulation_renew_model(simulation);
-    simulation->memory.pending = simulation->memory.changed = true;
+    simulation->memory.changed = true;
+    kt_simulation_await_inputs(simulation);
     simulation->cached = KT_CACHED_NOTHING;
     return KT_OK;
 }

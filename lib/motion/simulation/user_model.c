@@ -28,21 +28,6 @@ const double *kt_simulation_auxiliary_states(const kt_simulation *simulation) {
     return simulation ? simulation->state + simulation->size.user_nq + simulation->size.user_nv : NULL;
 }
 
-/* Updates the user model's state after a step. */
-static void finish_state(kt_simulation *simulation) {
-    const kt_transformation *by = simulation->transformation;
-    const double *y = simulation->integrator->y;
-    if (by == NULL) {
-        memcpy(simulation->state, y, simulation->size.state * sizeof *y);
-        return;
-    }
-    const double ago = kt_integrator_time(simulation->integrator) - kt_integrator_previous_time(simulation->integrator);
-    double *q = simulation->state, *v = q + simulation->size.user_nq;
-    by->from_free(by, y, y + simulation->size.nq, NULL, ago, q, v, NULL);
-}
-
-const kt_part kt_state_part = {.finish = finish_state};
-
 void kt_simulation_export(kt_simulation *simulation, double t, const double *y, const double *a, const double **q,
                           const double **v, const double **exported_a) {
     const kt_simulation_sizes *size = &simulation->size;

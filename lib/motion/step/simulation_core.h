@@ -9,7 +9,8 @@
 #include "step/simulation_struct.h"
 
 /* The parts of this room. */
-extern const kt_part kt_jump_part, kt_breakpoint_part, kt_missed_end_part, kt_missed_piece_part, kt_newton_part;
+extern const kt_part kt_jump_part, kt_breakpoint_part, kt_missed_end_part, kt_missed_piece_part, kt_newton_part,
+    kt_state_part;
 
 /* The sizes that differ between the variants of a model (model/switching.h). X(member) */
 #define KT_SIMULATION_OF_MODEL(X) X(gap) X(multiplier) X(free) X(basis) X(along) X(stiffness_work)

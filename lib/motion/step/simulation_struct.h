@@ -308,6 +308,7 @@ struct kt_simulation {
     kt_simulation_options options; /* options as the caller gave them */
     size_t changed_contact;        /* 1 + the last contact that closed, opened, stuck or slipped; 0: none */
     bool near_singular;            /* the last step computed accelerations next to a singular position */
+    bool takes_inputs;             /* inputs or a parameter have been set */
     bool closes_loops;             /* a projection does more than renormalise quaternions: it overwrites data */
     kt_breakpoints breakpoints;
     kt_events events;

@@ -316,6 +316,21 @@ kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
     return (kt_integrator_callbacks){evaluate_slope, projects ? project_state : NULL, simulation};
 }
 
+/* Updates the user model's state after a step. */
+static void finish_state(kt_simulation *simulation) {
+    const kt_transformation *by = simulation->transformation;
+    const double *y = simulation->integrator->y;
+    if (by == NULL) {
+        memcpy(simulation->state, y, simulation->size.state * sizeof *y);
+        return;
+    }
+    const double ago = kt_integrator_time(simulation->integrator) - kt_integrator_previous_time(simulation->integrator);
+    double *q = simulation->state, *v = q + simulation->size.user_nq;
+    by->from_free(by, y, y + simulation->size.nq, NULL, ago, q, v, NULL);
+}
+
+const kt_part kt_state_part = {.finish = finish_state};
+
 /* ---- the model --------------------------------------------------------------------------------------------------- */
 
 void kt_simulation_follow_model(kt_simulation *simulation) {

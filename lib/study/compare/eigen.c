@@ -147,13 +147,15 @@ static inline void eigen_particular(const kt_group_work *w, int rank, const doub
         for (size_t i = 0; i < m; i++)
             y[i] += eigen_entry(w, c, i) * (w->unit ? b[c] / w->scale[c] : b[c]);
     invert_by_eigen(w, rank, y, x);
-    kt_group_scale_coordinates(w, x);
+    if (w->unit)
+        kt_group_scale_coordinates(w, x);
 }
 
 static void eigen_multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
     const size_t m = (size_t)w->m;
     double *y = w->work;
-    kt_group_scale_coordinates(w, g);
+    if (w->unit)
+        kt_group_scale_coordinates(w, g);
     invert_by_eigen(w, rank, g, y);
     for (size_t c = 0; c < (size_t)w->k; c++) {
         lambda[c] = 0.0;

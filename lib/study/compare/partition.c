@@ -53,7 +53,8 @@ static int eliminate_partition(const kt_group_work *w, int cap) {
         w->pivot[c] = c;
         for (int i = 0; i < w->m; i++)
             *partition_entry(w, i, c) = (w->weight ? w->weight[c] : 1.0) * w->a[(size_t)c * (size_t)w->m + (size_t)i];
-        kt_group_scale_equation(w, c, partition_entry(w, 0, c));
+        if (w->unit)
+            kt_group_scale_equation(w, c, partition_entry(w, 0, c));
     }
     double first = 0.0;
     for (int j = 0; j < cap; j++) {
@@ -92,7 +93,8 @@ static int factor_partition(kt_group_work *w, int cap) {
     for (int c = 0; c < rank && w->weight; c++)
         for (int i = 0; i <= c; i++)
             *partition_entry(w, i, c) /= w->weight[w->pivot[c]];
-    kt_group_unscale_columns(w, rank);
+    if (w->unit)
+        kt_group_unscale_columns(w, rank);
     return rank;
 }
 
@@ -114,7 +116,8 @@ static inline void partition_particular(const kt_group_work *w, int rank, const 
     solve_lower_transposed(w, rank, y);
     for (int i = 0; i < w->m; i++)
         x[(int)w->square[i]] = i < rank ? y[i] : 0.0;
-    kt_group_scale_coordinates(w, x);
+    if (w->unit)
+        kt_group_scale_coordinates(w, x);
 }
 
 static inline void partition_basis(const kt_group_work *w, int rank) {
@@ -130,12 +133,14 @@ static inline void partition_basis(const kt_group_work *w, int rank) {
             column[(int)w->square[i]] = y[i];
         column[(int)w->square[c]] = 1.0;
     }
-    kt_group_scale_basis(w, rank);
+    if (w->unit)
+        kt_group_scale_basis(w, rank);
 }
 
 static void partition_multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
     double *y = w->work;
-    kt_group_scale_coordinates(w, g);
+    if (w->unit)
+        kt_group_scale_coordinates(w, g);
     for (int i = 0; i < rank; i++) {
         y[i] = g[(int)w->square[i]];
         for (int j = 0; j < i; j++)

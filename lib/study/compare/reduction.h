@@ -17,7 +17,8 @@ static inline void kt_square_basis(const kt_group_work *w, int rank) {
     const size_t m = (size_t)w->m, r = (size_t)rank;
     if (w->k > 0) {
         memcpy(w->basis, w->square + r * m, m * (m - r) * sizeof(double));
-        kt_group_scale_basis(w, rank);
+        if (w->unit)
+            kt_group_scale_basis(w, rank);
         return;
     }
     memset(w->basis, 0, m * m * sizeof(double));

@@ -23,7 +23,8 @@ static int factor_svd(kt_group_work *w, int cap) {
             return -1;
     memcpy(w->factor, w->a, m * k * sizeof(double));
     for (size_t c = 0; c < k; c++)
-        kt_group_scale_equation(w, (int)c, w->factor + c * m);
+        if (w->unit)
+            kt_group_scale_equation(w, (int)c, w->factor + c * m);
     if (kt_lapack_gesvd(w->m, w->k, w->factor, kt_group_singular_values(w), w->square, w->work,
                         (int)kt_group_work_count(m, k)) != 0)
         return -1;
@@ -45,13 +46,15 @@ static inline void svd_particular(const kt_group_work *w, int rank, const double
         for (size_t j = 0; j < m; j++)
             x[j] += w->square[(size_t)i * m + j] * y;
     }
-    kt_group_scale_coordinates(w, x);
+    if (w->unit)
+        kt_group_scale_coordinates(w, x);
 }
 
 static void svd_multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
     const size_t m = (size_t)w->m;
     memset(lambda, 0, (size_t)w->k * sizeof(double));
-    kt_group_scale_coordinates(w, g);
+    if (w->unit)
+        kt_group_scale_coordinates(w, g);
     for (int i = 0; i < rank; i++) {
         double y = 0.0;
         for (size_t j = 0; j < m; j++)

@@ -47,15 +47,29 @@ static void make_slider(slider *s, bool stops) {
     s->model = kt_scene_compile(&s->description);
 }
 
-/* The hooks in a step: inputs enter, a failure is explained, and the state is copied at the end. */
+/* The hooks in a step: a failure is explained, and the state is copied at the end. */
 KT_TEST(motion_without_features_is_judged_by_no_part) {
     kt_run run = kt_run_default();
     slider s;
     make_slider(&s, false);
     const kt_simulation *simulation = kt_test_simulation(s.model, &run, NULL);
-    kt_check_equal_int("hooks in a step", count_step_hooks(simulation), 3);
+    kt_check_equal_int("hooks in a step", count_step_hooks(simulation), 2);
     kt_check_equal_int("hooks of records", count_record_hooks(simulation), 0);
     kt_check_true("no part judges tries", !simulation->phases.judge);
+}
+
+/* Inputs become a part of steps with the first call that sets some. */
+KT_TEST(inputs_take_part_once_they_are_set) {
+    const double torque = 1.0;
+    kt_run run = kt_run_default();
+    kt_error error;
+    slider s;
+    make_slider(&s, false);
+    kt_simulation *simulation = kt_test_simulation(s.model, &run, NULL);
+    (void)kt_fine("torque", kt_simulation_set_torque(simulation, &torque, &error), &error);
+    kt_check_equal_int("hooks in a step", count_step_hooks(simulation), 3);
+    (void)kt_fine("step", kt_simulation_advance(simulation, 1.0, &error), &error);
+    kt_check_near("the torque acts", kt_simulation_velocities(simulation)[0], 1.0, 1e-9);
 }
 
 KT_TEST(stop_judges_adaptive_steps_alone) {
@@ -63,12 +77,12 @@ KT_TEST(stop_judges_adaptive_steps_alone) {
     slider s;
     make_slider(&s, true);
     const kt_simulation *adaptive = kt_test_simulation(s.model, &run, NULL);
-    kt_check_equal_int("hooks in an adaptive step", count_step_hooks(adaptive), 5);
+    kt_check_equal_int("hooks in an adaptive step", count_step_hooks(adaptive), 4);
     kt_check_true("it is judged", adaptive->phases.judge);
     kt_check_equal_int("hooks of its records", count_record_hooks(adaptive), 1);
     run.step = 0.01;
     const kt_simulation *fixed = kt_test_simulation(s.model, &run, NULL);
-    kt_check_equal_int("hooks in a fixed step", count_step_hooks(fixed), 3);
+    kt_check_equal_int("hooks in a fixed step", count_step_hooks(fixed), 2);
     kt_check_true("it is not judged", !fixed->phases.judge);
     kt_check_equal_int("hooks of its records", count_record_hooks(fixed), 1);
 }
@@ -90,7 +104,7 @@ KT_TEST(event_joins_when_it_is_added) {
     kt_check_true("no part judges tries", !simulation->phases.judge);
     const kt_event event = {.name = "half", .function = passes_half};
     kt_need_fine("added", kt_simulation_event_add(simulation, &event, &error), &error);
-    kt_check_equal_int("hooks in a step", count_step_hooks(simulation), 7);
+    kt_check_equal_int("hooks in a step", count_step_hooks(simulation), 6);
     kt_check_true("the event judges tries", simulation->phases.judge);
 }
 
