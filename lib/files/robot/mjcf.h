@@ -5,6 +5,7 @@
 
 #include "kinetree/expression.h"
 #include "mesh/mesh.h"
+#include "robot/mjcf_notes.h"
 #include "robot/robot_contact.h"
 
 #include <math.h>
@@ -182,24 +183,18 @@ typedef struct kt_mjcf {
     double *qpos, *qvel, *ctrl, *mpos, *mquat; /* values of the keyframe; NULL: none is requested */
     const double *act;                         /* activations of all actuators, by the keyframe; NULL: zeros */
     kt_namer states_named;
-    kt_list wraps;   /* kt_mjcf_wrap */
-    kt_list reaches; /* kt_mjcf_reach */
-    kt_left activations;
+    kt_list wraps;                            /* kt_mjcf_wrap */
+    kt_list reaches;                          /* kt_mjcf_reach */
     int ctrl_count, mocap_count, mocap_keyed; /* bodies that a program moves: of the scene so far, of the keyframe */
 
     kt_draft draft;
 
     kt_strange strange;         /* elements and attributes that are left out */
     kt_unknown forces, changes; /* actuators, tendons, equalities that are left out; omissions that change the motion */
-    kt_left limits, contacts, pictures, mesh_files, builtins, offsets, several, mocap, soft, inactive, keys, tied,
-        tied_paths, armatures, lost_limits, freed, attached, incomplete, lost_settings;
-    kt_phrase massless_names; /* bodies of mesh_masses */
+    kt_mjcf_notes notes;        /* counters of what else the report names */
+    kt_phrase massless_names;   /* bodies of mesh_masses */
     kt_appearance appearance;
     kt_contact_tally touched;
-    kt_left contacts_between; /* geoms that touch others than planes */
-    kt_left soft_stops;
-    kt_left by_density, mesh_masses, balanced, bounded, by_geoms, unnamed_sites, fluid, renamed, friction, servos,
-        motors, sums, idle, idle_ties, scaled, branches, disabled, fixed_bodies;
 } kt_mjcf;
 
 /* ---- mjcf_attribute.c -------------------------------------------------------------------------------------------- */

@@ -61,6 +61,6 @@ const char *kt_mjcf_add_activation(kt_mjcf *m, const kt_element *e, const kt_mjc
     if (state == NULL || *name == '\0')
         return NULL;
     *state = (kt_auxiliary_state){.name = name, .initial = initial, .rate = kt_mjcf_keep_formula(m, &rate)};
-    kt_left_count(&m->activations, e);
+    kt_left_count(&m->notes.activations, e);
     return name;
 }

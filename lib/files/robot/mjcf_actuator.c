@@ -286,7 +286,7 @@ static void add_servo(kt_mjcf *m, const kt_mjcf_line *l, const double c[3], cons
                                            : kt_function_polynomial(line_of_time, 2);
     servo->lower = bounds[0];
     servo->upper = bounds[1];
-    kt_left_count(&m->servos, l->element);
+    kt_left_count(&m->notes.servos, l->element);
 }
 
 /* Adds an actuator as a separate effect. No other actuator shares its bounds. */
@@ -311,7 +311,7 @@ static void add_alone(kt_mjcf *m, const action *d) {
         if (motor == NULL)
             return;
         motor->torque = kt_function_constant(clamp(c[0], bounds[0], bounds[1]));
-        kt_left_count(&m->motors, d->element);
+        kt_left_count(&m->notes.motors, d->element);
     }
     kt_mjcf_name_effect(m, kt_xml_attribute(d->element, "name"));
 }
@@ -481,7 +481,7 @@ static void add_sum(kt_mjcf *m, const kt_list *actions, int joint, const action 
     kt_phrase_add(&name, "%.150s_actuators", j->name);
     kt_mjcf_name_effect(m, only != NULL || (sharers == 1 && last->tendon < 0) ? kt_xml_attribute(last->element, "name")
                                                                               : name.text);
-    kt_left_count(&m->sums, last->element);
+    kt_left_count(&m->notes.sums, last->element);
 }
 
 /* The actions on a spatial tendon: all actions, and the first one that acts on this tendon. */
@@ -507,14 +507,14 @@ static void pull_tendons(kt_mjcf *m, const kt_list *actions) {
             kt_unknown_count(&m->changes, "actuatorfrcrange of joints that an actuator of a spatial tendon moves, too",
                              d->element);
         kt_mjcf_add_along_path(m, kt_mjcf_tendon_at(m, d->tendon), d->element, put_pull, &p);
-        kt_left_count(&m->sums, d->element);
+        kt_left_count(&m->notes.sums, d->element);
     }
 }
 
 static void skip_actuator(kt_mjcf *m, const kt_element *e, int *used) {
     const kt_mjcf_dynamics d = kt_mjcf_actuator_of(m, e).dynamics;
     *used += kt_mjcf_activations_of(&d);
-    kt_left_count(&m->idle, e);
+    kt_left_count(&m->notes.idle, e);
 }
 
 void kt_mjcf_actuators(kt_mjcf *m) {

@@ -222,7 +222,7 @@ static void count_lost(kt_mjcf *m, int document) {
     const kt_mjcf_document *d = kt_mjcf_document_at(m, document);
     const kt_element *option = kt_xml_child(d->root, "option");
     if (option != NULL || d->settings.total_mass > 0.0)
-        kt_left_count(&m->lost_settings, option != NULL ? option : kt_xml_child(d->root, "compiler"));
+        kt_left_count(&m->notes.lost_settings, option != NULL ? option : kt_xml_child(d->root, "compiler"));
 }
 
 static void expand_document(kt_mjcf *m, int document, int depth);
@@ -235,7 +235,7 @@ static void attach(kt_mjcf *m, const kt_element *e, int depth, kt_element *to) {
         return;
     }
     if (name == NULL) {
-        kt_left_count(&m->attached, e);
+        kt_left_count(&m->notes.attached, e);
         return;
     }
     kt_element *root = find_model(m, e, e->document, name, &path);
@@ -338,7 +338,7 @@ void kt_mjcf_mark_incomplete(kt_mjcf *m) {
             const char *name = kt_xml_attribute(e, "name");
             if (!is_complete(m, e)) {
                 e->number = KT_MJCF_INCOMPLETE;
-                kt_left_count(&m->incomplete, e);
+                kt_left_count(&m->notes.incomplete, e);
                 const char **lost =
                     name != NULL ? kt_list_add(m->r, &m->r->scratch, &m->lost_names, sizeof *lost) : NULL;
                 if (lost != NULL) /* what refers to it is incomplete, too */

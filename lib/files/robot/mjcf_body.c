@@ -27,7 +27,7 @@ static void read_range(kt_mjcf *m, kt_mjcf_joint *j) {
         return;
     (void)kt_mjcf_numbers(m, j->element, j->tag, "range", 2, 2, range);
     if (j->type == KT_MJCF_BALL) {
-        kt_left_count(&m->lost_limits, j->element);
+        kt_left_count(&m->notes.lost_limits, j->element);
         return;
     }
     j->is_limited = true;
@@ -37,7 +37,7 @@ static void read_range(kt_mjcf *m, kt_mjcf_joint *j) {
         (void)kt_mjcf_fault(m, j->element, "range: the lower limit, %g, is above the upper one, %g", range[0],
                             range[1]);
     if (!kt_robot_has_stops(m->source->options))
-        kt_left_count(&m->limits, j->element);
+        kt_left_count(&m->notes.limits, j->element);
 }
 
 /* The bounds of the actuator forces in a joint; infinite if there are none. */
@@ -134,7 +134,7 @@ static void add_mjcf_body(kt_mjcf *m, const kt_element *e, int parent, kt_pose f
     b->gravcomp = kt_mjcf_number(m, e, NULL, "gravcomp", 0.0);
     kt_mjcf_add_name(m, KT_MJCF_BODIES, e, index);
     if (kt_mjcf_flag(m, e, NULL, "mocap", false))
-        kt_left_count(&m->mocap, e);
+        kt_left_count(&m->notes.mocap, e);
     collect_body(m, index);
     b = kt_mjcf_body_at(m, index); /* the list may have moved */
     b->is_freed = m->source->options->floating && b->joint_count == 0 && parent == 0;
@@ -150,7 +150,7 @@ static void name_mjcf_bodies(kt_mjcf *m) {
                 continue;
             b->name = kt_namer_make(&m->bodies_named, name != NULL ? name : "body");
             if (name != NULL && strcmp(name, b->name) != 0)
-                kt_left_count(&m->renamed, b->element);
+                kt_left_count(&m->notes.renamed, b->element);
         }
 }
 
@@ -289,9 +289,9 @@ static void make_mjcf_body(kt_mjcf *m, int index) {
         fill_mjcf_joint(m, b, j, &frame, &body->joint);
         parent = body->name;
         if (!is_last)
-            kt_left_count(&m->several, j->element);
+            kt_left_count(&m->notes.several, j->element);
         else if (!is_own)
-            kt_left_count(&m->offsets, j->element);
+            kt_left_count(&m->notes.offsets, j->element);
     }
     if (body == NULL || body->name != b->name) {
         body = kt_draft_body(&m->draft, b->element, b->element);
@@ -303,9 +303,9 @@ static void make_mjcf_body(kt_mjcf *m, int index) {
         body->joint.rotation = kt_rotation_of_matrix(frame.rotation);
         if (b->is_freed) {
             body->joint.type = KT_JOINT_FREE;
-            kt_left_count(&m->freed, b->element);
+            kt_left_count(&m->notes.freed, b->element);
         } else if (b->joint_count == 0 && b->parent == 0) {
-            kt_left_count(&m->fixed_bodies, b->element);
+            kt_left_count(&m->notes.fixed_bodies, b->element);
         }
     }
     *kt_draft_link_name(&m->draft, m->draft.bodies.count - 1) = kt_element_name(b->element, b->name);
@@ -319,7 +319,7 @@ static void make_markers(kt_mjcf *m) {
         const char *name = kt_xml_attribute(site->element, "name");
         kt_mjcf_body *b = kt_mjcf_body_at(m, site->body);
         if (name == NULL || site->body == 0 || !kt_name_is_valid(name)) {
-            kt_left_count(&m->unnamed_sites, site->element);
+            kt_left_count(&m->notes.unnamed_sites, site->element);
             continue;
         }
         kt_marker *marker = kt_list_add(m->r, &m->r->keep, &b->markers, sizeof *marker);

@@ -212,7 +212,7 @@ static void count_others(kt_mjcf *m) {
                                   kt_mjcf_body_at(m, b->body)->parent == a->body;
             if (!a->is_plane && !b->is_plane && !are_near && masks_allow(a, b) &&
                 !(is_still(m, a->body) && is_still(m, b->body))) {
-                kt_left_count(&m->contacts_between, a->element);
+                kt_left_count(&m->notes.contacts_between, a->element);
                 break;
             }
         }
@@ -260,5 +260,5 @@ void kt_mjcf_contacts(kt_mjcf *m) {
     }
     count_others(m);
     m->touched.depth = kt_contact_settle(&m->draft);
-    m->soft_stops = (kt_left){.first = m->root, .count = m->draft.soft_stops.count};
+    m->notes.soft_stops = (kt_left){.first = m->root, .count = m->draft.soft_stops.count};
 }

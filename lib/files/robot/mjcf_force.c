@@ -72,7 +72,7 @@ static void add_line_friction(kt_mjcf *m, const kt_mjcf_line *l) {
     const double friction = line_friction_of(m, l->element, l->tag);
     kt_draft_resistance(&m->draft, l->element, l->joint, 0.0, friction * fabs(l->factor));
     if (friction != 0.0)
-        kt_left_count(&m->friction, l->element);
+        kt_left_count(&m->notes.friction, l->element);
 }
 
 /* Whether limits of tendons become stops. The default softness is for joints: a length has no inertia of its own. */
@@ -229,7 +229,7 @@ static void make_length(kt_mjcf *m, kt_mjcf_tendon *t) {
     }
     t->joint = joint;
     t->coefficient = 1.0;
-    kt_left_count(&m->tied, t->element);
+    kt_left_count(&m->notes.tied, t->element);
     kt_mjcf_keep_start(m);
 }
 
@@ -271,11 +271,11 @@ static void act_in_tendon(kt_mjcf *m, kt_mjcf_tendon *t) {
     const bool is_limited = kt_mjcf_is_limited(m, e, "tendon", "limited", "range") &&
                             kt_mjcf_numbers(m, e, "tendon", "range", 2, 2, range) == 2;
     if (is_limited && m->source->options->stop_stiffness == 0.0)
-        kt_left_count(&m->limits, e);
+        kt_left_count(&m->notes.limits, e);
     if (armature != 0.0 && t->count == 1)
         add_armature(m, t, armature);
     if (armature != 0.0 && !is_chain(m, t))
-        kt_left_count(&m->branches, e);
+        kt_left_count(&m->notes.branches, e);
     if (!springs && !damps && line_friction_of(m, e, "tendon") == 0.0 && !(armature != 0.0 && t->count > 1) &&
         !(is_limited && tendons_have_stops(m)))
         return;

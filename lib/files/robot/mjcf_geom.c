@@ -120,7 +120,7 @@ static void set_mass(kt_mjcf *m, const kt_element *e, geom *g) {
         return;
     g->mass = has_mass ? mass : density * volume;
     if (by_options && !has_mass)
-        kt_left_count(&m->by_density, e);
+        kt_left_count(&m->notes.by_density, e);
     set_moments(g, volume);
 }
 
@@ -160,11 +160,11 @@ static void find_visual(kt_mjcf *m, const kt_element *e, int body, kt_pose frame
 static void add_picture(kt_mjcf *m, const kt_element *e, int body, const geom *g) {
     const bool is_drawn = solids[g->type] != KT_SOLID_NONE;
     if (kt_mjcf_number(m, e, "geom", "contype", 1.0) != 0.0 || kt_mjcf_number(m, e, "geom", "conaffinity", 1.0) != 0.0)
-        kt_left_count(&m->contacts, e);
+        kt_left_count(&m->notes.contacts, e);
     if (m->has_visuals && !is_visual(m, e))
         return;
     if (body == 0 || (!is_drawn && g->type != MESH)) {
-        kt_left_count(&m->pictures, e);
+        kt_left_count(&m->notes.pictures, e);
     } else if (g->type == MESH) {
         kt_mjcf_draw_mesh(m, e, g->pose);
     } else {
@@ -208,13 +208,13 @@ static void add_geom(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
 /* Moves the sums to the centre of mass. */
 static void centre_geoms(kt_mjcf *m, kt_mjcf_body *b) {
     if (b->lost_meshes > 0)
-        kt_note_massless(&m->massless_names, &m->mesh_masses, b->name, b->element);
+        kt_note_massless(&m->massless_names, &m->notes.mesh_masses, b->name, b->element);
     if (!(b->mass > 0.0))
         return;
     b->com = kt_vec3_scale(1.0 / b->mass, b->com);
     b->inertia = kt_sym3_shift(b->inertia, -b->mass, b->com);
     b->has_axes = b->heavy_geoms == 1;
-    kt_left_count(&m->by_geoms, b->element);
+    kt_left_count(&m->notes.by_geoms, b->element);
 }
 
 /* ---- <inertial> -------------------------------------------------------------------------------------------------- */
@@ -267,7 +267,7 @@ static void bound_inertia(kt_mjcf *m, double least, kt_mjcf_body *b) {
         return;
     keep_axes(b);
     b->inertia = raised;
-    kt_left_count(&m->bounded, b->element);
+    kt_left_count(&m->notes.bounded, b->element);
 }
 
 /* An inertia that no body has becomes that of a sphere with the same trace. */
@@ -277,7 +277,7 @@ static void balance(kt_mjcf *m, kt_mjcf_body *b) {
         return;
     keep_axes(b);
     b->inertia = balanced;
-    kt_left_count(&m->balanced, b->element);
+    kt_left_count(&m->notes.balanced, b->element);
 }
 
 /* Raises a mass to the least. The frame of the inertia of a body without geoms and <inertial> is the numbers of the
@@ -289,7 +289,7 @@ static void bound_mass(kt_mjcf *m, double least, kt_mjcf_body *b) {
         b->has_axes = true;
     }
     b->mass = least;
-    kt_left_count(&m->bounded, b->element);
+    kt_left_count(&m->notes.bounded, b->element);
 }
 
 /* Whether the body, or a body that carries it, has a joint. */

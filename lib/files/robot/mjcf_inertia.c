@@ -107,7 +107,7 @@ void kt_mjcf_find_inertias(kt_mjcf *m) {
     const kt_element *first = NULL;
     for (int i = 0; i < m->joints.count; i++)
         first = first == NULL && is_asked(m, kt_mjcf_joint_at(m, i)) ? kt_mjcf_joint_at(m, i)->element : first;
-    if (first == NULL && m->source->options->contacts && (m->nv > 0 || m->freed.count > 0))
+    if (first == NULL && m->source->options->contacts && (m->nv > 0 || m->notes.freed.count > 0))
         first = m->root;
     first = first == NULL && m->nv > 0 ? kt_mjcf_find_muscle(m, NULL) : first;
     if (first == NULL || m->r->out_of_memory)

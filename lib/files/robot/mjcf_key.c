@@ -174,7 +174,7 @@ static const kt_element *find_key(kt_mjcf *m, const char *wanted) {
     for (const kt_element *e = kt_mjcf_section(m, "keyframe", NULL); e != NULL; e = kt_mjcf_section(m, "keyframe", e)) {
         const char *name = kt_xml_attribute(e, "name");
         if (wanted == NULL)
-            kt_left_count(&m->keys, e);
+            kt_left_count(&m->notes.keys, e);
         else if (found == NULL && name != NULL && strcmp(name, wanted) == 0)
             found = e;
     }

@@ -146,7 +146,7 @@ void kt_mjcf_add_armature(kt_mjcf *m, const kt_mjcf_tendon *t) {
     kt_joint joint = kt_joint_default();
     parts p;
     if (!find_path_parts(m, t, &p) || !has_formula_room(wanted, p.count)) {
-        kt_left_count(&m->armatures, t->element);
+        kt_left_count(&m->notes.armatures, t->element);
         return;
     }
     if (p.count == 0) /* a constant length */
@@ -166,8 +166,8 @@ void kt_mjcf_add_armature(kt_mjcf *m, const kt_mjcf_tendon *t) {
     for (int i = 0; i < p.count && !m->r->out_of_memory; i++)
         add_part_of_path(m, t, &p.items[i], wanted, terms + 1 + 3 * i, &to);
     ((kt_loop *)m->draft.loops.items)[index].formula = kt_mjcf_keep_formula(m, &to);
-    kt_left_count(&m->tied_paths, t->element);
+    kt_left_count(&m->notes.tied_paths, t->element);
     if (joins_branches(m, t))
-        kt_left_count(&m->branches, t->element);
+        kt_left_count(&m->notes.branches, t->element);
     kt_mjcf_keep_start(m);
 }

@@ -93,7 +93,7 @@ static void join_bodies(kt_mjcf *m, const kt_element *e, bool is_weld) {
         return;
     const double turning = is_weld ? kt_mjcf_number(m, e, "equality", "torquescale", 1.0) : 0.0;
     if (turning != 0.0 && turning != 1.0)
-        kt_left_count(&m->scaled, e);
+        kt_left_count(&m->notes.scaled, e);
     kt_loop *loop = kt_draft_loop(&m->draft, e, turning != 0.0 ? KT_LOOP_WELD : KT_LOOP_SPHERICAL,
                                   kt_element_name(e, is_weld ? "weld" : "connect"));
     if (loop != NULL)
@@ -201,14 +201,14 @@ void kt_mjcf_equalities(kt_mjcf *m) {
          e = kt_mjcf_section(m, "equality", e)) {
         const int before = m->draft.loops.count;
         if (m->off.equalities)
-            kt_left_count(&m->idle_ties, e);
+            kt_left_count(&m->notes.idle_ties, e);
         else if (!kt_mjcf_flag(m, e, "equality", "active", true))
-            kt_left_count(&m->inactive, e);
+            kt_left_count(&m->notes.inactive, e);
         else if (strcmp(e->name, "connect") == 0 || strcmp(e->name, "weld") == 0)
             join_bodies(m, e, strcmp(e->name, "weld") == 0);
         else if (strcmp(e->name, "joint") == 0 || strcmp(e->name, "tendon") == 0)
             couple_mjcf_joints(m, e, strcmp(e->name, "tendon") == 0);
         if (m->draft.loops.count > before)
-            kt_left_count(&m->soft, e);
+            kt_left_count(&m->notes.soft, e);
     }
 }

@@ -57,7 +57,7 @@ void kt_mjcf_place_media(kt_mjcf *m) {
         kt_mjcf_body *b = kt_mjcf_body_at(m, i);
         kt_mjcf_for_each(m, b->element, "geom", i, find_ellipsoid);
         if (b->has_ellipsoids)
-            kt_left_count(&m->fluid, b->element);
+            kt_left_count(&m->notes.fluid, b->element);
         else if (b->mass > 0.0)
             place_marker(m, b);
     }

@@ -234,7 +234,7 @@ static void read_mesh(kt_mjcf *m, kt_mjcf_mesh *mesh) {
     kt_triangles triangles = {.vertices = NULL};
     kt_error error = {0};
     if (file == NULL && is_builtin(e)) {
-        kt_left_count(&m->builtins, e);
+        kt_left_count(&m->notes.builtins, e);
         return;
     }
     kt_status status =
@@ -246,7 +246,7 @@ static void read_mesh(kt_mjcf *m, kt_mjcf_mesh *mesh) {
     kt_triangles_free(&triangles);
     if (status != KT_OK) {
         error.code = status;
-        count_unread_mesh(m, &m->mesh_files, e, &error);
+        count_unread_mesh(m, &m->notes.mesh_files, e, &error);
     }
 }
 
@@ -289,14 +289,14 @@ void kt_mjcf_draw_mesh(kt_mjcf *m, const kt_element *geom, kt_pose pose) {
     const char *file = mesh != NULL ? file_of_mesh(m, mesh->element) : NULL,
                *path = file != NULL ? mesh_path_of(m, mesh->element, file) : NULL;
     if (path == NULL) {
-        kt_left_count(&m->pictures, geom);
+        kt_left_count(&m->notes.pictures, geom);
         return;
     }
     const kt_pose frame = reference_of(m, mesh->element);
     const kt_vec3 s = scale_of(m, mesh->element);
     const bool is_turned = frame.rotation.x.x != 1.0 || frame.rotation.y.y != 1.0;
     if (is_turned && (s.x != s.y || s.y != s.z)) {
-        kt_left_count(&m->pictures, geom);
+        kt_left_count(&m->notes.pictures, geom);
         return;
     }
     pose.rotation = kt_mat3_multiply(pose.rotation, kt_mat3_transpose(frame.rotation));

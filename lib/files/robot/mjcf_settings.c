@@ -81,7 +81,7 @@ static void read_flags(kt_mjcf *m, const kt_element *flag) {
         m->gravity = kt_vec3_make(0.0, 0.0, 0.0);
     if (off.springs || off.dampers || off.friction || off.limits || off.equalities || off.actuation ||
         off.control_limits)
-        kt_left_count(&m->disabled, flag);
+        kt_left_count(&m->notes.disabled, flag);
 }
 
 static void read_groups(kt_mjcf *m, const kt_element *e) {

@@ -321,13 +321,13 @@ void kt_mjcf_act_in_path(kt_mjcf *m, kt_mjcf_tendon *t) {
     if (!m->off.friction)
         p.friction = kt_mjcf_number(m, e, "tendon", "frictionloss", 0.0);
     if (p.friction != 0.0)
-        kt_left_count(&m->friction, e);
+        kt_left_count(&m->notes.friction, e);
     if (kt_mjcf_is_any(p.stiffness) || kt_mjcf_is_any(p.damping) || p.friction != 0.0)
         kt_mjcf_add_along_path(m, t, e, put_passive, &p);
     if (m->off.limits || !kt_mjcf_is_limited(m, e, "tendon", "limited", "range") ||
         kt_mjcf_numbers(m, e, "tendon", "range", 2, 2, range) != 2)
         return;
-    kt_left_count(&m->limits, e);
+    kt_left_count(&m->notes.limits, e);
     const passive stop = {.stiffness = {o->stop_stiffness},
                           .damping = {o->stop_damping},
                           .rest = {range[0], range[1]},

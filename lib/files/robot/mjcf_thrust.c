@@ -74,7 +74,7 @@ void kt_mjcf_act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator
         add_half(m, e, i == 0 ? KT_EFFECT_FORCE : KT_EFFECT_TORQUE, &end, KT_FRAME_BODY, gears[i], c[0]);
     if (formula != NULL)
         add_driven_wrench(m, e, &end, gears, formula);
-    kt_left_count(&m->motors, e);
+    kt_left_count(&m->notes.motors, e);
 }
 
 /* Adds a motor of a free joint, which acts with force times gear. The force is along the axes of the world. The moment
@@ -96,6 +96,6 @@ bool kt_mjcf_act_in_free(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator
     read_gears(m, e, gears);
     add_half(m, e, KT_EFFECT_FORCE, &end, KT_FRAME_WORLD, gears[0], force);
     add_half(m, e, KT_EFFECT_TORQUE, &end, in_parent != NULL ? KT_FRAME_WORLD : KT_FRAME_BODY, gears[1], force);
-    kt_left_count(&m->motors, e);
+    kt_left_count(&m->notes.motors, e);
     return true;
 }
