@@ -132,6 +132,27 @@ static kt_status keep_parts(kt_pool *pool, kt_bound_formula *f, kt_error *error)
 
 /* ---- formulas of events ------------------------------------------------------------------------------------------ */
 
+/* Finds what the variables of a formula need at each evaluation, and takes its memory: kinematics (`moves`), quantities
+ * of the accelerations (`responds`), gravity forces. Returns false if there is not enough memory. */
+static bool take_needs_of_formula(const kt_binding *in, kt_bound_formula *to) {
+    bool has_memory = true;
+    for (int k = 0; k < to->count; k++) {
+        const kt_bound *variable = &to->variables[k];
+        if (variable->type == KT_VARIABLE_GRAVITY && !variable->responds && to->gravity == NULL) {
+            to->gravity = kt_pool_take(in->pool, (size_t)kt_model_nv(in->model), sizeof *to->gravity);
+            has_memory = has_memory && to->gravity != NULL;
+        }
+        to->moves = to->moves || variable->type == KT_VARIABLE_MARKER || variable->type == KT_VARIABLE_MARKER_VELOCITY;
+        to->responds |= variable->responds ? kt_response_bit(&variable->response) : 0U;
+    }
+    to->moves = to->moves || to->responds != 0 || to->gravity != NULL;
+    to->responses = in->responses;
+    return has_memory &&
+           (to->responds == 0 || in->responses->a != NULL || kt_responses_take(in->pool, in->model, in->responses));
+}
+
+/* Reads the formula of an event, and binds its variables to quantities of the model. A formula that is watched is
+ * replaced by its margin if it has one, and its parts that depend on time alone are stored. */
 kt_status kt_formula_bind(const kt_binding *in, const kt_scene *scene, const char *text, bool is_watched,
                           kt_bound_formula *to, kt_error *error) {
     kt_pool *pool = in->pool;
@@ -159,21 +180,7 @@ kt_status kt_formula_bind(const kt_binding *in, const kt_scene *scene, const cha
     to->count = n.count;
     to->variables = n.variables;
     to->values = kt_pool_take(pool, (size_t)n.count + 1, sizeof *to->values);
-    bool has_memory = to->values != NULL;
-    for (int k = 0; k < n.count; k++) {
-        const kt_bound *variable = &to->variables[k];
-        if (variable->type == KT_VARIABLE_GRAVITY && !variable->responds && to->gravity == NULL) {
-            to->gravity = kt_pool_take(pool, (size_t)kt_model_nv(in->model), sizeof *to->gravity);
-            has_memory = has_memory && to->gravity != NULL;
-        }
-        to->moves = to->moves || variable->type == KT_VARIABLE_MARKER || variable->type == KT_VARIABLE_MARKER_VELOCITY;
-        to->responds |= variable->responds ? kt_response_bit(&variable->response) : 0U;
-    }
-    to->moves = to->moves || to->responds != 0 || to->gravity != NULL;
-    to->responses = in->responses;
-    has_memory = has_memory &&
-                 (to->responds == 0 || in->responses->a != NULL || kt_responses_take(pool, in->model, in->responses));
-    if (!has_memory)
+    if (!take_needs_of_formula(in, to) || to->values == NULL)
         return kt_error_set(error, KT_ERROR_MEMORY, "kt_scene_watch_create", "there is not enough memory");
     return is_watched ? keep_parts(pool, to, error) : KT_OK;
 }

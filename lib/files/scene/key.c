@@ -217,7 +217,8 @@ static bool read_coupling(kt_reader *r, const kt_scope *scope, kt_node *node, co
 
 /* ---- functions of time ------------------------------------------------------------------------------------------- */
 
-/* A function of a key's values that is read at its final place. */
+/* Reads a function in the unit of its key to `out`, which belongs to the description. Therefore a constant may be bound
+ * to a parameter of the scene: the number at this place follows later changes of the parameter. */
 static bool put_function_at(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field,
                             kt_function *out) {
     r->scene->unit = kt_key_unit(r, field);

@@ -133,25 +133,27 @@ static double find_gap(kt_cone *cone, interior *it) {
     return most;
 }
 
-/* The block of contact i, added to A, and its right-hand side. */
+/* Adds the block of contact i to A of Newton's equations, and writes their right-hand side dr:
+ *     A += (1 - e_n g') F F,   dr = (1 - e_n g') F d - gap
+ * F is the scaling (find_frame), d the centring step, and g the gradient of the smoothed g(s). */
 static void add_block(kt_cone *cone, const interior *it, int i) {
     const int m = 3 * cone->n;
     const double *F = cone->frame + 9 * i, *s = cone->s + 3 * i;
     const double slip = sqrt(s[1] * s[1] + s[2] * s[2] + it->smooth * it->smooth);
     const double g[3] = {0.0, s[1] / slip, s[2] / slip};
-    double square[9] = {0.0}, wd[3] = {0.0};
+    double square[9] = {0.0}, Fd[3] = {0.0}; /* F F, F d */
     for (int u = 0; u < 3; u++)
         for (int v = 0; v < 3; v++) {
             for (int k = 0; k < 3; k++)
                 square[3 * u + v] += F[3 * u + k] * F[3 * k + v];
-            wd[u] += F[3 * u + v] * cone->centre[3 * i + v];
+            Fd[u] += F[3 * u + v] * cone->centre[3 * i + v];
         }
     for (int u = 0; u < 3; u++) {
-        double right = wd[u];
+        double right = Fd[u];
         for (int v = 0; v < 3; v++)
             cone->A[(3 * i + u) * m + 3 * i + v] += square[3 * u + v];
         for (int k = 1; k < 3 && u == 0; k++) {
-            right -= g[k] * wd[k];
+            right -= g[k] * Fd[k];
             for (int v = 0; v < 3; v++)
                 cone->A[3 * i * m + 3 * i + v] -= g[k] * square[3 * k + v];
         }

@@ -105,9 +105,13 @@ static double differentiate_power(const kt_support *w, int32_t k, const kt_end_w
     return sum;
 }
 
-/* Adds the derivatives of a sum. One evaluation along a position serves two terms: the sum with p_0, from its wrenches,
- * and either the sum with p_1 as velocities or the sum of accelerations. If a sum has all three terms, two evaluations
- * are needed. */
+/* Adds the derivatives of the sum (kt_loop_sum) by positions to by_q and, if `moving`, by velocities to by_v. The sum
+ * has the terms
+ *     lambda_0 . A p_0      from the wrenches of lambda_0
+ *     lambda_1 . A p_1      not `moving`: from the rows' rates with p_1 as velocities
+ *     pi . (A v)'           `moving`: from the rows' accelerations
+ * For each degree of freedom, the rows are evaluated with derivatives by its position, and if `moving` once more with
+ * derivatives by its rate. */
 static void add_sum_derivatives(kt_support *w, const kt_loop_record *loop, const kt_loop_sum *sum, bool moving,
                                 double *by_q, double *by_v) {
     const double *lambda = moving || !sum->pi ? weights_of(sum->lambda[0], loop) : NULL;

@@ -83,6 +83,9 @@ void kt_centroidal_matrix(const kt_model *model, kt_data *data, double *matrix) 
     }
 }
 
+/* Sums the inertial wrenches of all links while joint accelerations are zero. With alpha and a of a link's origin from
+ * the velocities alone, h = m c and J about the origin, and r from the centre of mass to the origin:
+ *     f = m a + alpha x h + w x (w x h),   n = J alpha + w x J w + h x a,   sum (n + r x f, f) */
 kt_wrench kt_centroidal_bias(const kt_model *model, kt_data *data) {
     if (!kt_data_serve(model, data))
         return (kt_wrench){{(double)NAN, (double)NAN, (double)NAN}, {(double)NAN, (double)NAN, (double)NAN}};
@@ -95,10 +98,11 @@ kt_wrench kt_centroidal_bias(const kt_model *model, kt_data *data) {
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
         const kt_link_kinematics *m = &data->kinematics[i];
-        const kt_twist *up = &bias[link->parent], own = kt_link_bias(model, data->kinematics, i);
+        const kt_twist *parent = &bias[link->parent], own = kt_link_bias(model, data->kinematics, i);
         const composite c = composite_of(link, m);
-        const kt_vec3 w = m->omega, h = c.moment, alpha = kt_vec3_add(up->angular, own.angular);
-        const kt_vec3 a = kt_vec3_add(kt_vec3_add(up->linear, kt_vec3_cross(up->angular, m->offset)), own.linear);
+        const kt_vec3 w = m->omega, h = c.moment, alpha = kt_vec3_add(parent->angular, own.angular);
+        const kt_vec3 a =
+            kt_vec3_add(kt_vec3_add(parent->linear, kt_vec3_cross(parent->angular, m->offset)), own.linear);
         const kt_vec3 around = kt_vec3_add(kt_vec3_cross(alpha, h), kt_vec3_cross(w, kt_vec3_cross(w, h)));
         const kt_vec3 force = kt_vec3_add(kt_vec3_scale(c.mass, a), around);
         const kt_vec3 spin = kt_vec3_cross(w, kt_sym3_apply(c.inertia, w));

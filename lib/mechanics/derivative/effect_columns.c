@@ -105,6 +105,9 @@ void kt_effect_find_columns(const kt_effect_jacobian *of, kt_v4 omega, kt_v4 vel
     out->others = last ? moved : rotated;
 }
 
+/* Subtracts from column k of the derivatives, for each degree of freedom i on the path of end `end`:
+ *     d_q -= S_i . W_q,   d_v -= S_i . W_v
+ * W_v is c->rate. W_q is c->carried if k carries i, and otherwise c->others. */
 void kt_effect_subtract_own_column(const kt_effects_state *s, const kt_effect_dof *k, int32_t end, size_t count,
                                    const kt_effect_columns *c, double *d_q, double *d_v) {
     const size_t column = k->v * s->model->n.v;

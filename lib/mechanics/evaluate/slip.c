@@ -431,8 +431,8 @@ double kt_largest_speed(const kt_model *model, const double *v) {
     return most;
 }
 
-/* Rejects slip that begins, unless the data belong to a simulation: others have no d, and e = 0 leaves the friction
- * out. */
+/* Rejects a state in which a contact begins to slip, unless the data belong to a simulation. A simulation has the
+ * direction d in which each contact slips. Without this direction, a contact at rest would have no friction. */
 static kt_status reject_unknown_direction(const kt_model *model, const kt_data *data, const kt_dynamic_state *at,
                                           kt_error *error) {
     const double speed = data->followed ? 0.0 : kt_largest_speed(model, at->v);

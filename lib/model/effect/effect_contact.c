@@ -203,10 +203,11 @@ static contact_turn turn_of(const kt_effect_record *effect, kt_vec3 w, double ar
         .w = w, .u = u, .h = h * share, .slope = ratio > 0.0 ? h * (1.0 - sign * sign - share) / (u * u) : 0.0};
 }
 
-/* The change of N h(u) w, for changes of N and w. */
-static kt_vec3 change_of_turn(const contact_turn *t, double n, double normal, kt_vec3 w) {
-    const kt_vec3 along = kt_vec3_scale(n * t->h + normal * t->slope * kt_vec3_dot(t->w, w), t->w);
-    return kt_vec3_add(along, kt_vec3_scale(normal * t->h, w));
+/* The change of N h(u) w, for changes dN and dw. Since u du = w . dw,
+ *     d(N h w) = (dN h + N (h' / u) w . dw) w + N h dw */
+static kt_vec3 change_of_turn(const contact_turn *t, double dN, double N, kt_vec3 dw) {
+    const kt_vec3 along = kt_vec3_scale(dN * t->h + N * t->slope * kt_vec3_dot(t->w, dw), t->w);
+    return kt_vec3_add(along, kt_vec3_scale(N * t->h, dw));
 }
 
 /* The change of the moment of rolling and torsional friction on the plane's body, N (h(u_t) w_t + h(u_n) w_n). */

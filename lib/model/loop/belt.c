@@ -29,6 +29,7 @@ static int evaluate_belt(const kt_loop_record *loop, const double *numbers, cons
     return 2;
 }
 
+/* Adds the wrench of the belt at rest: both spans pull with the same tension. */
 static void load_belt(const kt_loop_record *loop, const kt_loop_end end[2], const double *lambda, kt_vector *moment,
                       kt_vector *force) {
     const double other[2] = {-loop->gain[0], -loop->gain[1]};

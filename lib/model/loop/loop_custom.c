@@ -111,7 +111,8 @@ static double row_power_of(const kt_loop_equation *row, const kt_loop_motion *m)
     return kt_vec3_dot(row->moment, m->omega) + kt_vec3_dot(row->force, m->velocity) + row->rate;
 }
 
-/* From the rows, which are given. */
+/* Finds the drift b of each row, phi'' = (row . accelerations) + b. It is the derivative of phi' = (row . velocities) +
+ * phi_t along the motion at constant velocities, by central differences of fourth order of the caller's rows. */
 static bool difference_drift(const kt_loop_record *loop, double t, const kt_loop_motion *m, kt_loop_equation *rows,
                              int *code) {
     static const double weight[2] = {2.0 / 3.0, -1.0 / 12.0};

@@ -169,7 +169,7 @@ static void begin_lanes_step(lanes_work *w, int k) {
     }
 }
 
-/* kt_adjoint_run */
+/* Takes step k of all lanes, as kt_adjoint_run does for one state. */
 static void run_step(lanes_work *w, int k, const double *state) {
     begin_lanes_step(w, k);
     for (size_t i = 0; i < w->n.s; i++) {

@@ -61,6 +61,8 @@ static void add_plan_effects(list *l, const kt_model *model) {
                 "no effect acts on a body (wrenches that a caller sets would)");
 }
 
+/* The number of equations of all planar groups, or of all spatial groups. Adds the number of groups that LAPACK factors
+ * to *large. */
 static size_t plan_equations_of(const kt_model *model, bool planar, size_t *large) {
     size_t count = 0;
     for (size_t g = 0; g < model->n.group; g++) {
@@ -68,7 +70,7 @@ static size_t plan_equations_of(const kt_model *model, bool planar, size_t *larg
         if (((size_t)model->group_link[group->link] >= model->n.spatial) != planar)
             continue;
         count += (size_t)group->count[KT_ROWS_ALL];
-        *large += group->v_count >= 40 && !kt_group_has_fronts(group);
+        *large += group->v_count >= KT_LARGE && !kt_group_has_fronts(group);
     }
     return count;
 }

@@ -74,7 +74,8 @@ typedef struct composite_tree {
 
 /* ---- bodies ------------------------------------------------------------------------------------------------------ */
 
-/* C and p of a link. */
+/* The terms of a link alone, with its inertia J, angular velocity w and first moment h = m c:
+ *     C = w x (tr(J) 1 - 2 J)   by columns,     p = w x 2 h */
 static void start_flow(kt_graph *g, const kt_code_link *l, kt_op3 omega, composite_flow *flow) {
     const kt_op *j = l->inertia.x;
     const kt_op trace = kt_op_add(g, kt_op_add(g, j[0], j[1]), j[2]);

@@ -248,8 +248,12 @@ static void hold_columns(kt_code_loop_plan *l, int part) {
     l->last_part = part > l->last_part ? part : l->last_part;
 }
 
-/* Records the nodes that a part needs for the text of a node. Until slots are assigned, p->place is the last part that
- * reads the node. */
+/* Records what a part of the text needs in order to read node i:
+ *     an input or a prepared number      the array that has it
+ *     a number of a loop                 the array of stored numbers, and the loop's rows until this part
+ *     a number of another part           the array of stored numbers, here and in that part; until slots are assigned,
+ *                                        p->place is the last part that reads the number
+ *     any other number                   its operands, since its text is written where it is read */
 static void note_reads(kt_code_printer *p, kt_op i, int part) {
     const kt_op_node *n = &p->graph->node[i];
     if (kt_code_is_leaf(p, i)) {

@@ -52,7 +52,9 @@ static void add_product_of_sizes(const double *matrix, size_t rows, size_t n, co
 
 /* ---- neighbouring states ----------------------------------------------------------------------------------------- */
 
-/* The neighbouring state a few rounding errors away on one side (side: -1 or 1), into q and v. */
+/* Writes a neighbouring state to q and v, a few rounding errors away on one side (side: -1 or 1). With `rates`,
+ * velocities differ, too. Coordinates differ by two, three or four rounding errors in turn, so that errors of symmetric
+ * mechanisms do not cancel. */
 static void perturb_state(kt_linearization *l, double side, bool rates) {
     for (size_t i = 0; i < l->size.v; i++) {
         const double away = side * (double)(2 + i % 3) * DISTANCE;
