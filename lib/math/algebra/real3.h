@@ -10,6 +10,16 @@
  *   kt_index1  the place of a number among others, of each state
  *   kt_const1, kt_const3 ...   numbers, vectors ... of links and bodies, in lanes those of each state's model
  *
+ * C has no operators of structs. Therefore each operation on vectors is a function, whose name ends with the number of
+ * components N. The functions and the formulas that they stand for:
+ *
+ *   kt_addN a + b           kt_add_scaledN(a, s, b)  a + s b       kt_dotN  a . b
+ *   kt_subN a - b           kt_sub_scaledN(a, s, b)  a - s b       kt_dotsN(a, b, c, d)  a . b + c . d
+ *   kt_scaleN(s, a)  s a    kt_mulN  a_i b_i                       kt_crossN  a x b
+ *   kt_minusN  -a           kt_across2  (-a_y, a_x)                kt_swap2  (a_y, a_x)
+ *   kt_apply3(A, u)  A u    kt_apply_transposed3(A, u)  A' u       kt_sum3  a_x + a_y + a_z
+ *   kt_loadN, kt_storeN  from and to memory                        kt_makeN, kt_sameN, kt_zero3  from numbers
+ *
  * Some conditions end a recursion for one state. A recursion for several states goes on, and records the states for
  * which the condition holds (kt_fails, kt_is_rejected).
  */
@@ -194,6 +204,11 @@ KT_OPERATOR kt_real1 kt_dots3(kt_real3 a, kt_real3 b, kt_real3 c, kt_real3 d) {
 }
 
 #endif
+
+KT_OPERATOR kt_real2 kt_add_scaled2(kt_real2 a, kt_real1 s, kt_real2 b) { return kt_add2(a, kt_scale2(s, b)); }
+KT_OPERATOR kt_real2 kt_sub_scaled2(kt_real2 a, kt_real1 s, kt_real2 b) { return kt_sub2(a, kt_scale2(s, b)); }
+KT_OPERATOR kt_real3 kt_add_scaled3(kt_real3 a, kt_real1 s, kt_real3 b) { return kt_add3(a, kt_scale3(s, b)); }
+KT_OPERATOR kt_real3 kt_sub_scaled3(kt_real3 a, kt_real1 s, kt_real3 b) { return kt_sub3(a, kt_scale3(s, b)); }
 
 /* a x b, a number in a plane. */
 KT_OPERATOR kt_real1 kt_cross2(kt_real2 a, kt_real2 b) {

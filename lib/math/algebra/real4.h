@@ -11,6 +11,8 @@
 #include "algebra/real.h"
 #include "algebra/real3.h"
 
+#include <assert.h>
+
 #ifndef KT_LANES
 typedef kt_v4 kt_real4;
 #else
@@ -29,6 +31,8 @@ KT_OPERATOR void kt_set_part4(kt_real4 *a, int k, double x) { (*a)[k] = x; }
 KT_OPERATOR kt_real4 kt_add4(int n, kt_real4 a, kt_real4 b) { return (void)n, a + b; }
 KT_OPERATOR kt_real4 kt_sub4(int n, kt_real4 a, kt_real4 b) { return (void)n, a - b; }
 KT_OPERATOR kt_real4 kt_scale4(int n, double s, kt_real4 a) { return (void)n, kt_v4_splat(s) * a; }
+KT_OPERATOR kt_real4 kt_add_scaled4(int n, kt_real4 a, double s, kt_real4 b) { return (void)n, a + kt_v4_splat(s) * b; }
+KT_OPERATOR kt_real4 kt_sub_scaled4(int n, kt_real4 a, double s, kt_real4 b) { return (void)n, a - kt_v4_splat(s) * b; }
 KT_OPERATOR kt_real4 kt_minus4(int n, kt_real4 a) { return (void)n, -a; }
 KT_OPERATOR kt_real4 kt_over4(int n, kt_real4 a, double s) { return (void)n, a / kt_v4_splat(s); }
 KT_OPERATOR kt_real4 kt_choose4(int n, bool c, kt_real4 a, kt_real4 b) { return (void)n, c ? a : b; }
@@ -57,6 +61,8 @@ KT_EACH4(kt_real4 kt_minus4(int n, kt_real4 a), a.of[k] = -a.of[k])
 KT_EACH4(kt_real4 kt_add4(int n, kt_real4 a, kt_real4 b), a.of[k] += b.of[k])
 KT_EACH4(kt_real4 kt_sub4(int n, kt_real4 a, kt_real4 b), a.of[k] -= b.of[k])
 KT_EACH4(kt_real4 kt_scale4(int n, kt_real1 s, kt_real4 a), a.of[k] *= s)
+KT_EACH4(kt_real4 kt_add_scaled4(int n, kt_real4 a, kt_real1 s, kt_real4 b), a.of[k] += s * b.of[k])
+KT_EACH4(kt_real4 kt_sub_scaled4(int n, kt_real4 a, kt_real1 s, kt_real4 b), a.of[k] -= s * b.of[k])
 KT_EACH4(kt_real4 kt_over4(int n, kt_real4 a, kt_real1 s), a.of[k] /= s)
 KT_EACH4(kt_real4 kt_choose4(int n, kt_condition c, kt_real4 a, kt_real4 b), a.of[k] = kt_choose(c, a.of[k], b.of[k]))
 #undef KT_EACH4
@@ -110,16 +116,17 @@ KT_INLINE void kt_square4_mirror(kt_real4 *square) {
 static __attribute__((unused)) kt_real1 kt_square4_product(const kt_real4 *g, kt_real4 x, kt_real4 y) {
     kt_real4 sum = kt_zero4();
     for (int r = 0; r < 4; r++)
-        sum = kt_add4(4, sum, kt_scale4(4, kt_part4(x, r), g[r]));
+        sum = kt_add_scaled4(4, sum, kt_part4(x, r), g[r]);
     return kt_dot4(4, sum, y);
 }
 
 /* Solves A x = b of k equations by Cholesky's method; A is overwritten. Returns false if A is not positive definite. */
 static __attribute__((unused)) kt_condition kt_square4_solve(kt_real4 *a, int k, kt_real4 *b) {
+    assert(k >= 0 && k <= 4);
     kt_condition positive = kt_condition_true();
     for (int j = 0; j < k; j++) {
         for (int i = 0; i < j; i++)
-            a[j] = kt_sub4(4, a[j], kt_scale4(4, kt_part4(a[i], j), a[i]));
+            a[j] = kt_sub_scaled4(4, a[j], kt_part4(a[i], j), a[i]);
         const kt_real1 pivot = kt_part4(a[j], j);
         if (kt_fails(&positive, (pivot > 0.0) & kt_is_finite1(pivot)))
             return kt_condition_false();
@@ -144,6 +151,8 @@ static __attribute__((unused)) kt_condition kt_square4_solve(kt_real4 *a, int k,
  * length of the longest remainder. Returns the length of the last remainder, or 0 if one is zero. */
 static __attribute__((unused)) kt_real1 kt_square4_orthonormalise(const kt_real4 *g, int begin, int end, double small,
                                                                   double tolerance, kt_real4 *c, kt_real1 *first) {
+    assert(begin >= 0 && begin < end && end <= 4);
+    assert(small > 0.0 && small < 1.0 && tolerance >= 0.0);
     const kt_real1 zero = kt_real1_splat(0.0);
     kt_condition taken[4], clear = kt_condition_true();
     kt_real1 last = zero;
@@ -159,7 +168,7 @@ static __attribute__((unused)) kt_real1 kt_square4_orthonormalise(const kt_real4
                 continue;
             kt_set_part4(&e, j, kt_real1_splat(1.0));
             for (int i = 0; i < n; i++)
-                e = kt_sub4(4, e, kt_scale4(4, kt_square4_product(g, c[i], e), c[i]));
+                e = kt_sub_scaled4(4, e, kt_square4_product(g, c[i], e), c[i]);
             const kt_real1 length = kt_square4_product(g, e, e);
             const kt_condition longer = (length > most) & kt_not(taken[j]);
             most = KT_CHOOSE(longer, length, most);

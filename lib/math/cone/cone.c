@@ -5,6 +5,7 @@
 
 #include "kinetree/algebra.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -285,6 +286,7 @@ static void run_round(kt_cone *cone, const kt_cone_linear *of, kt_cone_round rou
 }
 
 kt_cone_result kt_cone_cascade(kt_cone *cone, const kt_cone_problem *problem, double *p) {
+    assert(problem->n >= 0 && problem->n <= cone->most);
     kt_cone_result result = {.residual = (double)INFINITY};
     scale_problem(cone, problem, p);
     const kt_cone_linear of = {cone->W, cone->b};

@@ -18,6 +18,7 @@
 #include "cone/cone_parts.h"
 #include "linear/cholesky.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -184,6 +185,7 @@ static int find_closing(kt_cone *cone, const kt_cone_problem *problem, const dou
 }
 
 kt_cone_result kt_cone_solve_members(kt_cone *cone, const kt_cone_problem *problem, double *p) {
+    assert(problem->blocks != NULL && problem->n >= 0);
     kt_cone_result result = {.residual = (double)INFINITY};
     const double enough = fmax(problem->enough, closing);
     int count = 0, newton = 0;

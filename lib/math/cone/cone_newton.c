@@ -71,6 +71,7 @@ static double find_function(kt_cone *cone, const double *x, const double *u, dou
 }
 
 double kt_cone_residual(kt_cone *cone, const kt_cone_linear *of, const double *x) {
+    assert(x != cone->u && x != cone->f);
     double most = 0.0, impulse = 0.0, rate = 0.0;
     find_rates(cone, of, x, cone->u);
     (void)find_function(cone, x, cone->u, cone->f);

@@ -94,11 +94,13 @@ static void add_unknown(kt_coulomb_system *s, int item, int row) {
 }
 
 bool kt_coulomb_slips(const kt_coulomb *c, const kt_coulomb_solution *to, int i) {
+    assert(i >= 0 && i < c->n);
     const kt_coulomb_mode mode = kt_coulomb_across(to->mode[i]);
     return c->item[i].type == KT_COULOMB_CONE && (mode == KT_COULOMB_SLIP || mode == KT_COULOMB_SLIP_BACK);
 }
 
 double kt_coulomb_weight(const kt_coulomb *c, int i) {
+    assert(i >= 0 && i < c->n);
     const kt_coulomb_item *item = &c->item[i];
     const int rows = item->type == KT_COULOMB_CONE ? 3 : 1;
     double trace = kt_coulomb_entry(c, item->row, item->row);
@@ -377,6 +379,7 @@ static double add_row(const kt_coulomb *c, int n, int row) {
 }
 
 int kt_coulomb_held_rows(const kt_coulomb *c, const kt_coulomb_solution *to, int i, bool slip) {
+    assert(i >= 0 && i < c->n);
     const kt_coulomb_type type = c->item[i].type;
     const bool sticks = to->mode[i] == KT_COULOMB_STICK;
     if (!kt_coulomb_is_active(to->mode[i]) || (type == KT_COULOMB_DRY && !sticks))
@@ -397,6 +400,7 @@ bool kt_coulomb_shares(const kt_coulomb *c, const kt_coulomb_solution *to) {
 }
 
 bool kt_coulomb_is_held(const kt_coulomb *c, const kt_coulomb_solution *to, int i, int rows, bool slip) {
+    assert(i >= 0 && i < c->n && rows >= 0 && rows <= 3);
     int n = 0;
     for (int j = 0; j < c->n; j++)
         for (int k = 0; j != i && k < kt_coulomb_held_rows(c, to, j, slip); k++)

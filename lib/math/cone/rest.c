@@ -382,6 +382,7 @@ static double follow_path(kt_rest *rest, bool moves, double *t) {
 }
 
 bool kt_rest_bounds_margin(const kt_rest *rest, int item) {
+    assert(item >= 0 && item < rest->n);
     return margin_of_item(&rest->item[item], rest->p) <= rest->margin + bounding;
 }
 

@@ -55,7 +55,7 @@ KT_INLINE kt_condition kt_dense_cholesky(kt_real1 *a, size_t stride, int n, cons
  * row with itself. Returns the square of the diagonal, which is of the size of rounding if the new row depends on
  * earlier rows. */
 static inline double kt_cholesky_add_row(double *L, ptrdiff_t stride, int n, double own) {
-    assert(n >= 0 && (stride > n || stride < -n));
+    assert(n >= 0 && (stride >= n || stride <= -n)); /* row n has n numbers */
     double *row = L + n * stride;
     for (int j = 0; j < n; j++) {
         const double *other = L + j * stride;

@@ -30,6 +30,7 @@
 #include "joint/joint.h"
 #include "linear/cholesky.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* The most steps of a search, from another start, and for groups with fronts from a sample. Most groups that close at
@@ -83,6 +84,8 @@ static bool damp_front(const kt_model *model, kt_data *data, size_t g, kt_rows r
 }
 
 bool kt_damped_step(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *gap, double mu) {
+    assert(kt_data_serve(model, data) && g < model->n.group);
+    assert(mu >= 0.0);
     const kt_group *group = &model->group[g];
     const kt_group_work matrices = kt_group_matrices(model, data, g, rows), *w = &matrices;
     if (kt_group_has_fronts(group))
@@ -131,6 +134,7 @@ static void damped_step(const kt_model *model, kt_data *data, size_t g, double m
 }
 
 void kt_take_group(const kt_model *model, const kt_group *group, const double *from, double *to) {
+    assert(from != to);
     for (int l = 0; l < group->link_count; l++) {
         const kt_link *link = &model->link[model->group_link[group->link + l]];
         memcpy(to + link->q, from + link->q, (size_t)kt_motion_facts_of(link->motion).positions * sizeof *to);
@@ -281,6 +285,8 @@ static void start_elsewhere(const kt_model *model, kt_data *data, const bool *he
 
 double kt_assemble_levenberg_marquardt(const kt_model *model, kt_data *data, double t, const bool *held,
                                        kt_search search, double *q) {
+    assert(kt_data_serve(model, data));
+    assert(q != data->neighbour_q && q != data->moved_q);
     const kt_reduction_kernels *kernels = model->group_kernels;
     const int of_sample = model->n.front > LONG ? 0 : STEPS_OF_SAMPLE;
     double *from = data->neighbour_q;

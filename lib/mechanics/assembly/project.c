@@ -30,6 +30,7 @@
 #include "dynamics/dynamics.h"
 #include "joint/joint.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* Bounds for a direction that is nearly lost, of the size s relative to its usual size.
@@ -193,6 +194,8 @@ KT_INLINE kt_closure close_motion(const kt_model *model, kt_data *data, double t
 
 kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, double *q, double *v,
                                const kt_projection_limits *limits, bool *changed, kt_violation *violation) {
+    assert(kt_data_serve(model, data));
+    assert(limits->steps >= 0 && limits->gap >= 0.0 && limits->tolerance >= limits->gap);
     data->closing = (kt_iterations){0, 0, 0, 0};
     const kt_closure closure = close_positions(model, data, t, q, v, limits, changed, violation);
     if (closure != KT_CLOSURE_DONE)
@@ -277,6 +280,7 @@ kt_status kt_loops_project(const kt_model *model, kt_data *data, double t, const
 
 kt_status kt_velocities_project(const kt_model *model, kt_data *data, double t, const kt_input *input, double *v,
                                 kt_error *error) {
+    assert(kt_data_serve(model, data) && v != input->v);
     kt_violation violation;
     bool changed = false;
     forget_singular(model, data);

@@ -3,6 +3,7 @@
 #include "assembly/project.h"
 #include "reduction/kernel.h"
 
+#include <assert.h>
 #include <math.h>
 
 bool kt_is_near_singular(const kt_model *model, const kt_data *data) {
@@ -23,6 +24,7 @@ double kt_smallest_direction(const kt_model *model, const kt_data *data, kt_rows
 }
 
 void kt_velocity_violation(const kt_model *model, kt_data *data, const double *v, kt_violation *violation) {
+    assert(kt_data_serve(model, data));
     violation->velocity = violation->slip = 0.0;
     violation->speed = KT_SPEED_LEAST;
     for (size_t g = 0; g < model->n.group; g++)
@@ -30,6 +32,7 @@ void kt_velocity_violation(const kt_model *model, kt_data *data, const double *v
 }
 
 void kt_residuals_to_right_hand_side(const kt_model *model, const kt_data *data, double goal) {
+    assert(kt_data_serve(model, data) && goal >= 0.0);
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
         kt_violation violation = kt_violation_none;

@@ -12,6 +12,7 @@
 #include "linear/qr.h"
 #include "model/model.h"
 
+#include <assert.h>
 #include <math.h>
 
 /* Every matrix of a group: name, count, meaning. A group has m coordinates and k equations. If dense matrices reduce
@@ -98,6 +99,7 @@ static inline size_t kt_half_count(size_t m, size_t s) {
 /* Finds a group's matrices in the data. Inlined, since each caller uses few of the matrices. The first function avoids
  * a copy if the caller passes the address on. */
 KT_INLINE void kt_group_find(const kt_model *model, const kt_data *data, size_t g, kt_rows rows, kt_group_work *w) {
+    assert(g < model->n.group && (unsigned)rows < KT_ROWS_COUNT);
     const kt_group *group = &model->group[g];
     kt_real1 *base = data->dense + group->dense;
     const size_t *at = group->at;

@@ -3,6 +3,8 @@
 #include "constraint/loop_wrenches.h"
 #include "constraint/loop_jacobian.h"
 
+#include <assert.h>
+
 /* Adds a wrench at `arm` from a link's origin to the body's, about the body frame's origin. */
 static void add_to_body(const kt_model *model, const kt_data *data, int32_t body, kt_v4 moment, kt_v4 force, kt_v4 arm,
                         kt_wrench *bodies) {
@@ -93,6 +95,7 @@ static kt_wrench front_wrench(const kt_model *model, const kt_data *data, const 
 
 void KT_KERNEL(kt_react)(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *idle,
                          kt_wrench *loops) {
+    assert(kt_data_serve(model, data));
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);

@@ -8,6 +8,7 @@
 #include "kinetree/loop.h"
 #include "loop/loop.h"
 
+#include <assert.h>
 #include <math.h>
 
 /* The callback of a loop, the first number other than 0 that the callback has returned, and whether all equations are
@@ -36,6 +37,7 @@ static int note_rejection(void *user, double t, const kt_loop_motion *motion, kt
 }
 
 int KT_KERNEL(kt_loop_rejecting)(const kt_model *model, const kt_data *data, double t, const double *v, int *code) {
+    assert(kt_data_serve(model, data));
     for (size_t i = 0; i < model->n.loop; i++) {
         rejection noted = {.loop = &model->loop[i], .finite = true};
         kt_loop_record loop = model->loop[i];

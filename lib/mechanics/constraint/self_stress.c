@@ -18,6 +18,8 @@
 #include "constraint/self_stress.h"
 #include "constraint/loop_jacobian.h"
 
+#include <assert.h>
+
 typedef struct stress_work {
     const kt_model *model;
     kt_data *data;
@@ -240,6 +242,7 @@ static void find_stress(const kt_model *model, kt_data *data, size_t g, double t
 }
 
 void KT_KERNEL(kt_stress_find)(const kt_model *model, kt_data *data, double t, const double *q) {
+    assert(kt_data_serve(model, data));
     for (size_t g = 0; g < model->n.group; g++)
         if (model->group[g].redundancy == KT_REDUNDANCY_SHARED)
             find_stress(model, data, g, t, q);

@@ -142,7 +142,7 @@ KT_INLINE void kt_articulated_subtract_square(kt_articulated *x, kt_real1 d, kt_
     kt_symmetric3_subtract_square(x->j, d, un);
     kt_symmetric3_subtract_square(x->m, d, uf);
     for (int k = 0; k < 3; k++)
-        x->g[k] = kt_sub3(x->g[k], kt_scale3(KT_PART3(vn, k), uf));
+        x->g[k] = kt_sub_scaled3(x->g[k], KT_PART3(vn, k), uf);
 }
 
 KT_INLINE void kt_articulated_zero(kt_articulated *sum) {
@@ -228,8 +228,8 @@ KT_INLINE kt_condition kt_articulated_project_axis(const kt_link *link, const kt
             const kt_real1 p = kt_real1_splat(pitch);
             un = kt_add3(kt_scale3(p, un), kt_symmetric3_apply(x->j, s));
             uf = kt_add3(kt_scale3(p, uf), kt_apply3(x->g, s));
-            inertia = kt_dot3(s, kt_add3(un, kt_scale3(p, uf)));
-            bias = kt_dot3(s, kt_add3(x->moment, kt_scale3(p, x->force)));
+            inertia = kt_dot3(s, kt_add_scaled3(un, p, uf));
+            bias = kt_dot3(s, kt_add_scaled3(x->moment, p, x->force));
             size = kt_dot3(kt_mul3(s, s), kt_diagonal3(x->j)) + pitch * pitch * size;
         }
     }
@@ -237,8 +237,8 @@ KT_INLINE kt_condition kt_articulated_project_axis(const kt_link *link, const kt
         return kt_condition_false();
     const kt_real1 d = 1.0 / inertia;
     const kt_real1 y = (tau - bias - kt_dots3(un, cn, uf, cf)) * d;
-    x->moment = kt_add3(x->moment, kt_add3(kt_articulated_moment(x, cn, cf), kt_scale3(y, un)));
-    x->force = kt_add3(x->force, kt_add3(kt_articulated_force(x, cn, cf), kt_scale3(y, uf)));
+    x->moment = kt_add3(x->moment, kt_add_scaled3(kt_articulated_moment(x, cn, cf), y, un));
+    x->force = kt_add3(x->force, kt_add_scaled3(kt_articulated_force(x, cn, cf), y, uf));
     kt_articulated_subtract_square(x, d, un, uf);
     const kt_real3 vn = kt_scale3(d, un), vf = kt_scale3(d, uf);
     kt_response_set(response, kt_add3(vn, kt_cross3(m->offset, vf)), vf, y);
@@ -262,8 +262,8 @@ KT_INLINE kt_condition kt_articulated_project_spherical(const kt_link *link, con
     kept->moment = kt_sub3(applied, x->moment);
     x->force = kt_add3(x->force, kt_apply3(x->g, kt_solve3(l, e, kept->moment)));
     /* rows of Y; those of H are columns of G */
-    const kt_real3 y0 = x->g[0], y1 = kt_sub3(x->g[1], kt_scale3(KT_PART3(l, 0), y0));
-    const kt_real3 y2 = kt_sub3(kt_sub3(x->g[2], kt_scale3(KT_PART3(l, 1), y0)), kt_scale3(KT_PART3(l, 2), y1));
+    const kt_real3 y0 = x->g[0], y1 = kt_sub_scaled3(x->g[1], KT_PART3(l, 0), y0);
+    const kt_real3 y2 = kt_sub_scaled3(kt_sub_scaled3(x->g[2], KT_PART3(l, 1), y0), KT_PART3(l, 2), y1);
     kt_symmetric3_subtract_square(x->m, KT_PART3(e, 0), y0);
     kt_symmetric3_subtract_square(x->m, KT_PART3(e, 1), y1);
     kt_symmetric3_subtract_square(x->m, KT_PART3(e, 2), y2);
@@ -430,8 +430,8 @@ static __attribute__((noinline, unused)) void kt_link_respond_armature(const kt_
         const kt_real1 y = KT_PART3(k < 3 ? kept->moment : kept->force, k % 3);
         const kt_real1 x =
             y - kt_dots3(*kt_armature_gain(kept, 2 * k), m->alpha, *kt_armature_gain(kept, 2 * k + 1), m->linear);
-        m->alpha = kt_add3(m->alpha, kt_scale3(x, s.angular[k]));
-        m->linear = kt_add3(m->linear, kt_scale3(x, s.linear[k]));
+        m->alpha = kt_add_scaled3(m->alpha, x, s.angular[k]);
+        m->linear = kt_add_scaled3(m->linear, x, s.linear[k]);
         a[link->v + k] = x;
     }
 }

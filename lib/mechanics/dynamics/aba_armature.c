@@ -5,6 +5,8 @@
 #include "dynamics/aba_planar.h"
 #include "dynamics/dynamics.h"
 
+#include <assert.h>
+
 /* Projects the degrees of freedom of a link with armature out of x, the last degree of freedom first. With A the
  * acceleration before the joint's acceleration, including c, and k ascending,
  *   U = I S,  d = 1 / (S.U + a),  y = (tau - S.p) d:     x_k = y_k - d U.(A + sum_{j<k} S_j x_j)
@@ -12,6 +14,7 @@
  * link's articulated inertia, with d (kt_armature_gain). */
 kt_condition KT_KERNEL(kt_project_armature)(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
                                             kt_articulated *x) {
+    assert(i > 0 && i < model->n.link);
     const kt_link *link = &model->link[i];
     const kt_link_motion *m = &data->motion[i];
     kt_articulated *kept = &data->articulated[link->articulated];
@@ -28,8 +31,8 @@ kt_condition KT_KERNEL(kt_project_armature)(const kt_model *model, kt_data *data
             return kt_condition_false();
         const kt_real1 d = 1.0 / inertia, y = (tau[link->v + k] - kt_dots3(sn, x->moment, sf, x->force)) * d;
         const kt_real3 vn = kt_scale3(d, un), vf = kt_scale3(d, uf);
-        x->moment = kt_add3(x->moment, kt_scale3(y, un));
-        x->force = kt_add3(x->force, kt_scale3(y, uf));
+        x->moment = kt_add_scaled3(x->moment, y, un);
+        x->force = kt_add_scaled3(x->force, y, uf);
         kt_articulated_subtract_square(x, d, un, uf);
         if (s.count == 1) {
             kt_response_set(&data->response[i], kt_add3(vn, kt_cross3(m->offset, vf)), vf,
@@ -48,6 +51,7 @@ kt_condition KT_KERNEL(kt_project_armature)(const kt_model *model, kt_data *data
 
 size_t KT_KERNEL(kt_armature_forward)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
                                       const kt_real1 *tau, const kt_external *external, kt_real1 *a) {
+    assert(kt_data_serve(model, data) && model->has_armature);
     const size_t end = model->n.spatial;
     kt_articulated_motion(model, data, q, v, end);
     if (external)
@@ -60,6 +64,7 @@ size_t KT_KERNEL(kt_armature_forward)(const kt_model *model, kt_data *data, cons
 
 size_t KT_KERNEL(kt_planar_armature_forward)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
                                              const kt_real1 *tau, const kt_external *external, kt_real1 *a) {
+    assert(kt_data_serve(model, data) && model->has_armature);
     kt_planar_articulated_motions(model, data, q, v, external);
     return kt_planar_articulated_solve(model, data, tau, kt_planar_eliminate_armature, NULL, a);
 }

@@ -3,6 +3,8 @@
 #include "dynamics/aba.h"
 #include "dynamics/aba_inverse.h"
 
+#include <assert.h>
+
 /* ---- terms ------------------------------------------------------------------------------------------------------- */
 
 typedef struct filling {
@@ -52,6 +54,7 @@ KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t 
 
 size_t KT_KERNEL(kt_inverse_compute)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *zero,
                                      kt_inverse_terms *terms) {
+    assert(kt_data_serve(model, data));
     filling f = {.terms = terms, .dof = model->n.v};
     kt_articulated_motion(model, data, q, zero, model->n.link);
     return kt_articulated_backward(model, data, zero, model->n.link, eliminate, &f);
@@ -77,8 +80,8 @@ KT_INLINE void backward_pass(const kt_model *model, const kt_inverse_terms *w, k
             const kt_inverse_dof *t = &w->dof[--dof];
             const kt_real1 left = x[link->v + k] - kt_dots3(t->s[0], moment, t->s[1], force);
             x[link->v + k] = left * w->reciprocal[dof];
-            moment = kt_add3(moment, kt_scale3(left, t->gain[0]));
-            force = kt_add3(force, kt_scale3(left, t->gain[1]));
+            moment = kt_add_scaled3(moment, left, t->gain[0]);
+            force = kt_add_scaled3(force, left, t->gain[1]);
         }
         if (link->parent == 0)
             continue;
@@ -106,8 +109,8 @@ KT_INLINE void forward_pass(const kt_model *model, const kt_inverse_terms *w, kt
             const kt_inverse_dof *t = &w->dof[dof];
             const kt_real1 a = x[link->v + k] - kt_dots3(t->gain[0], alpha, t->gain[1], linear);
             x[link->v + k] = a;
-            alpha = kt_add3(alpha, kt_scale3(a, t->s[0]));
-            linear = kt_add3(linear, kt_scale3(a, t->s[1]));
+            alpha = kt_add_scaled3(alpha, a, t->s[0]);
+            linear = kt_add_scaled3(linear, a, t->s[1]);
         }
         w->flow[i] = (kt_inverse_flow){alpha, linear};
     }

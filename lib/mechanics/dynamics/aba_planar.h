@@ -115,12 +115,12 @@ KT_INLINE void kt_planar_respond_joint(const kt_planar_link *link, const kt_plan
     const kt_real2 p = kt_across2(kt_load2(m->offset));
     const kt_real1 x =
         (response->free - response->gain_angular * *alpha) - kt_dot2(kt_load2(response->gain_linear), *linear);
-    *linear = kt_add2(kt_load2(m->linear), kt_add2(*linear, kt_scale2(*alpha, p)));
+    *linear = kt_add2(kt_load2(m->linear), kt_add_scaled2(*linear, *alpha, p));
     if (link->revolute) {
         *alpha += x;
         a[link->v] = link->sign * x;
     } else {
-        *linear = kt_add2(*linear, kt_scale2(x, kt_planar_const_sum(kt_load2(m->rotation), link->along)));
+        *linear = kt_add_scaled2(*linear, x, kt_planar_const_sum(kt_load2(m->rotation), link->along));
         a[link->v] = x;
     }
     m->alpha = *alpha;
@@ -156,7 +156,7 @@ KT_INLINE kt_planar_inertia kt_planar_unload(const kt_planar_carried *x) {
 
 /* M u */
 KT_INLINE kt_real2 kt_planar_apply(const kt_planar_carried *x, kt_real2 u) {
-    return kt_add2(kt_mul2(x->diagonal, u), kt_scale2(x->xy, kt_swap2(u)));
+    return kt_add_scaled2(kt_mul2(x->diagonal, u), x->xy, kt_swap2(u));
 }
 
 /* Projects a revolute joint out of x and shifts the remainder to the parent's origin; tau is about n. */

@@ -13,6 +13,8 @@
 #include "dynamics/aba.h"
 #include "dynamics/sweep.h"
 
+#include <assert.h>
+
 /* ---- composites -------------------------------------------------------------------------------------------------- */
 
 typedef struct composite {
@@ -241,11 +243,13 @@ KT_INLINE void pass_block(const kt_model *model, const kt_data *data, const kt_m
 }
 
 size_t KT_KERNEL(kt_mass_compose)(const kt_model *model, kt_data *data, const double *q) {
+    assert(kt_data_serve(model, data));
     poses(model, data, q);
     return compose_links(model, data);
 }
 
 void KT_KERNEL(kt_mass_columns)(const kt_model *model, const kt_data *data, double *mass) {
+    assert(kt_data_serve(model, data));
     size_t last = model->n.spatial - 1, dof = model->n.spatial_v - (size_t)kt_link_dofs(&model->link[last]);
     for (size_t end = model->n.spatial_v; end > 0;) {
         const kt_mass_block b = kt_mass_block_before(model, model->link_v, end, mass);
@@ -286,6 +290,7 @@ KT_INLINE void transpose4(const double *from, double *to, size_t n) {
 
 /* Copies the lower triangle to the upper triangle, in blocks of four by four. */
 void KT_KERNEL(kt_mass_mirror)(size_t n, double *mass) {
+    assert(n == 0 || mass != NULL);
     for (size_t first = 0; first < n; first += 4) { /* columns [first, end) of the lower triangle */
         const size_t end = first + 4 < n ? first + 4 : n;
         size_t row = end;

@@ -13,6 +13,8 @@
 #include "dynamics/crba.h"
 #include "dynamics/sweep_planar.h"
 
+#include <assert.h>
+
 typedef struct composite {
     double j, h[2], m;
 } composite;
@@ -142,6 +144,7 @@ KT_INLINE void pass_block(const kt_model *model, const kt_data *data, const kt_m
 }
 
 size_t KT_KERNEL(kt_planar_mass_compose)(const kt_model *model, kt_data *data, const double *q) {
+    assert(kt_data_serve(model, data));
     kt_planar_gather(model, data, q);
     for (size_t p = 0; p < model->n.plane; p++) {
         poses(model, data, &model->plane[p], q);
@@ -153,6 +156,7 @@ size_t KT_KERNEL(kt_planar_mass_compose)(const kt_model *model, kt_data *data, c
 }
 
 void KT_KERNEL(kt_planar_mass_columns)(const kt_model *model, const kt_data *data, double *mass) {
+    assert(kt_data_serve(model, data));
     for (size_t end = model->n.planar - 1; end > 0;) {
         const kt_mass_block b = kt_mass_block_before(model, model->link_v + model->n.spatial_v, end, mass);
         if (b.together)

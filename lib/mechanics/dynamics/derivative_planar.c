@@ -18,6 +18,8 @@
 #include "dynamics/dynamics_derivative.h"
 #include "dynamics/sweep_planar.h"
 
+#include <assert.h>
+
 /* Sums over a link and all links that it carries, and its origin relative to the origin of the previous link. */
 typedef struct carried {
     kt_v2 h, p, force, f;      /* h, p, F, f */
@@ -174,6 +176,7 @@ KT_INLINE void follow_path(const kt_model *model, const kt_planar_motion *motion
 
 void KT_KERNEL(kt_planar_derivative_inverse)(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                              const double *a, kt_derivative_work *w) {
+    assert(kt_data_serve(model, data));
     const size_t bytes = model->n.v * model->n.v * sizeof(double);
     carried *links = (carried *)(void *)w->link;
     memset(w->dq, 0, bytes);

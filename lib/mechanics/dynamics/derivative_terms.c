@@ -5,6 +5,8 @@
 #include "dynamics/dof.h"
 #include "dynamics/dynamics_derivative.h"
 
+#include <assert.h>
+
 /* ---- forward pass: nodes, and how their degrees of freedom move -------------------------------------------------- */
 
 static inline kt_derivative_node *new_derivative_node(kt_derivative_work *w, int32_t link, int32_t parent,
@@ -234,6 +236,7 @@ static inline void derivative_backward_pass(const kt_model *model, const kt_data
 void KT_KERNEL(kt_derivative_terms)(const kt_model *model, kt_data *data, const double *v, const double *a,
                                     const kt_wrench *external, kt_motion_kept kept, bool absorb,
                                     kt_derivative_work *w) {
+    assert(kt_data_serve(model, data));
     const kt_v4 gravity = kept == KT_MOTION_HEAVY ? kt_v4_splat(0.0) : model->gravity;
     derivative_forward_pass(model, data, v, a, gravity, w);
     if (external)

@@ -10,6 +10,8 @@
 #include "dynamics/dynamics.h"
 #include "dynamics/sweep.h"
 
+#include <assert.h>
+
 /* Sines and cosines of the angles of these links, each at its index among all. */
 KT_INLINE void rotate_force_links(const kt_model *model, kt_data *data, const kt_real1 *q) {
     const size_t count = model->n.force_link_angle;
@@ -41,12 +43,13 @@ static void balance_gravity(const kt_model *model, kt_data *data) {
         const kt_link_origin load = {.moment = kt_cross3(own.moment, up), .force = kt_scale3(own.mass, up)};
         kt_dof_projection p = {.load = &load, .tau = &data->gravity_force[link->v]};
         kt_dofs_visit(link, data->force_link[b->parent].link.axes, m->axes, kt_project_wrench, &p);
-        parent->moment = kt_add3(parent->moment, kt_add3(own.moment, kt_scale3(own.mass, m->offset)));
+        parent->moment = kt_add3(parent->moment, kt_add_scaled3(own.moment, own.mass, m->offset));
         parent->mass += own.mass;
     }
 }
 
 void KT_KERNEL(kt_force_links)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v) {
+    assert(kt_data_serve(model, data));
     const kt_real3 none = kt_zero3();
     kt_force_frame *motion = data->force_link;
     rotate_force_links(model, data, q);

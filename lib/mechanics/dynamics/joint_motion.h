@@ -69,13 +69,13 @@ KT_INLINE void kt_prismatic_pose(const kt_link *link, const kt_real3 base[3], co
     (void)cosine, (void)sine;
     for (int k = 0; k < 3; k++)
         out->axes[k] = base[k];
-    out->offset = kt_add3(out->offset, kt_scale3(q[link->q], base[link->axis]));
+    out->offset = kt_add_scaled3(out->offset, q[link->q], base[link->axis]);
 }
 
 KT_INLINE void kt_screw_pose(const kt_link *link, const kt_real3 base[3], const kt_real1 *q, const kt_real1 *cosine,
                              const kt_real1 *sine, kt_link_motion *out) {
     kt_revolute_pose(link, base, q, cosine, sine, out);
-    out->offset = kt_add3(out->offset, kt_scale3(kt_link_pitch(link) * q[link->q], base[link->axis]));
+    out->offset = kt_add_scaled3(out->offset, kt_link_pitch(link) * q[link->q], base[link->axis]);
 }
 
 KT_INLINE void kt_spherical_pose(const kt_link *link, const kt_real3 base[3], const kt_real1 *q, const kt_real1 *cosine,
@@ -223,7 +223,7 @@ KT_INLINE void kt_project_wrench(const kt_dof *dof, void *context) {
     p->tau[dof->index] =
         kt_dot3(dof->u, dof->kind == KT_DOF_ROTATION      ? n
                         : dof->kind == KT_DOF_TRANSLATION ? f
-                                                          : kt_add3(n, kt_scale3(kt_real1_splat(dof->pitch), f)));
+                                                          : kt_add_scaled3(n, kt_real1_splat(dof->pitch), f));
 }
 
 /* ---- their twist ------------------------------------------------------------------------------------------------- */

@@ -5,6 +5,8 @@
 #include "dynamics/excess.h"
 #include "dynamics/sweep.h"
 
+#include <assert.h>
+
 /* posed: the data already hold the poses. */
 KT_INLINE size_t sweep(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v, const kt_real1 *a,
                        bool posed) {
@@ -34,10 +36,12 @@ KT_INLINE size_t sweep(const kt_model *model, kt_data *data, const kt_real1 *q, 
 
 size_t KT_KERNEL(kt_kinematics)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
                                 const kt_real1 *a) {
+    assert(kt_data_serve(model, data));
     return sweep(model, data, q, v, a, false);
 }
 
 size_t KT_KERNEL(kt_follow)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
                             const kt_real1 *a) {
+    assert(kt_data_serve(model, data));
     return sweep(model, data, q, v, a, true);
 }

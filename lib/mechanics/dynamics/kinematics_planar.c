@@ -10,6 +10,8 @@
 #include "dynamics/sweep.h"
 #include "dynamics/sweep_planar.h"
 
+#include <assert.h>
+
 KT_INLINE kt_real3 in_plane(const kt_real3 basis[3], const kt_real1 x[2]) {
     return kt_add3(kt_scale3(x[0], basis[0]), kt_scale3(x[1], basis[1]));
 }
@@ -51,11 +53,11 @@ KT_INLINE kt_real3 sweep_plane(const kt_model *model, kt_data *data, const kt_pl
         to_world(basis, &model->planar_rest[k], &flat[k], m);
         m->offset = kt_const_apply3(up->axes, model->link[i].at);
         if (!link->revolute)
-            m->offset = kt_add3(m->offset, kt_scale3(q[link->q], kt_link_axis(&model->link[i], m)));
+            m->offset = kt_add_scaled3(m->offset, q[link->q], kt_link_axis(&model->link[i], m));
         at->position = kt_add3(before->position, m->offset);
         at->velocity = kt_add3(before->velocity, kt_cross3(kt_scale3(parent->omega, basis[2]), m->offset));
         if (!link->revolute)
-            at->velocity = kt_add3(at->velocity, kt_scale3(v[link->v], kt_link_axis(&model->link[i], m)));
+            at->velocity = kt_add_scaled3(at->velocity, v[link->v], kt_link_axis(&model->link[i], m));
         sum = kt_add3(sum, kt_excess(m, at));
     }
     return sum;
@@ -75,10 +77,12 @@ KT_INLINE size_t sweep(const kt_model *model, kt_data *data, const kt_real1 *q, 
 
 size_t KT_KERNEL(kt_planar_kinematics)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
                                        const kt_real1 *a) {
+    assert(kt_data_serve(model, data));
     return sweep(model, data, q, v, a, false);
 }
 
 size_t KT_KERNEL(kt_planar_follow)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
                                    const kt_real1 *a) {
+    assert(kt_data_serve(model, data));
     return sweep(model, data, q, v, a, true);
 }

@@ -13,6 +13,8 @@
 #include "base/copy.h"
 #include "dynamics/joint_motion.h"
 
+#include <assert.h>
+
 /* The wrenches of the ten parameters of a body, world axes, component by component; forces of the first four alone. */
 typedef struct unit_wrenches {
     double n[3][KT_BODY_PARAMETERS], f[3][4];
@@ -87,6 +89,7 @@ KT_INLINE void write_body(const kt_model *model, const kt_data *data, size_t b, 
 }
 
 void KT_KERNEL(kt_regressor_bodies)(const kt_model *model, const kt_data *data, double *y) {
+    assert(kt_data_serve(model, data));
     for (size_t b = 1; b < model->n.body; b++)
         write_body(model, data, b, y + KT_BODY_PARAMETERS * (b - 1) * model->n.v);
 }

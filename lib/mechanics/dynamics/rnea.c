@@ -14,6 +14,8 @@
 #include "dynamics/dynamics.h"
 #include "dynamics/sweep.h"
 
+#include <assert.h>
+
 /* J u = R (Jb (R' u)) for two vectors would cost more than rotating J once. */
 KT_INLINE void inertial_wrench(const kt_link *link, const kt_link_motion *m, kt_link_origin *load) {
     kt_real3 j[3];
@@ -27,6 +29,7 @@ KT_INLINE void inertial_wrench(const kt_link *link, const kt_link_motion *m, kt_
 
 void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
                            const kt_real1 *a, const kt_external *external, kt_real1 *tau) {
+    assert(kt_data_serve(model, data));
     const size_t count = model->n.spatial;
     kt_link_motion *motion = data->motion;
     kt_link_origin *load = data->origin;

@@ -3,6 +3,8 @@
 #include "dynamics/rnea_gradient.h"
 #include "dynamics/dof.h"
 
+#include <assert.h>
+
 /* I W, F and 2B' W of the link alone. */
 KT_INLINE void set_link_wrenches(const kt_link *link, const kt_link_motion *m, kt_real3 acceleration,
                                  kt_gradient_link *x) {
@@ -17,9 +19,8 @@ KT_INLINE void set_link_wrenches(const kt_link *link, const kt_link_motion *m, k
     x->f[1] = kt_add3(kt_add3(kt_mul3(mass, acceleration), kt_cross3(m->alpha, h)), kt_cross3(w, around));
     x->h[0] = kt_add3(kt_apply3(j, spin), kt_cross3(h, shift));
     x->h[1] = kt_add3(kt_mul3(mass, shift), kt_cross3(spin, h));
-    x->n =
-        kt_scale3(kt_real1_splat(2.0),
-                  kt_add3(kt_add3(kt_sub3(along, kt_scale3(half, turned)), kt_apply3(j, turned)), kt_cross3(p, shift)));
+    x->n = kt_scale3(kt_real1_splat(2.0),
+                     kt_add3(kt_add3(kt_sub_scaled3(along, half, turned), kt_apply3(j, turned)), kt_cross3(p, shift)));
     x->y = kt_zero3();
 }
 
@@ -90,7 +91,7 @@ KT_INLINE void backward_pass(const kt_model *model, const kt_link_motion *motion
         const int count = kt_link_dofs(link), translations = kt_link_first_node(link);
         for (int k = 0; k < count; k++) {
             for (int l = 0; l < translations && k == translations; l++) /* they carry the rotations */
-                b[1] = kt_add3(b[1], kt_scale3(w[link->v + l], dof[l].s[1]));
+                b[1] = kt_add_scaled3(b[1], w[link->v + l], dof[l].s[1]);
             write_dof(&dof[k], x, b, link->v + k, out);
         }
         px->h[0] = kt_add3(px->h[0], kt_add3(x->h[0], kt_cross3(r, x->h[1])));
@@ -104,6 +105,7 @@ KT_INLINE void backward_pass(const kt_model *model, const kt_link_motion *motion
 
 void KT_KERNEL(kt_inverse_gradient)(const kt_model *model, const kt_data *data, const kt_gradient_state *at,
                                     const kt_real1 *w, const kt_gradient *out) {
+    assert(kt_data_serve(model, data));
     const kt_real3 gravity = at->weightless ? kt_zero3() : kt_gravity3(model, data);
     kt_gradient_link *links = out->links;
     forward_pass(model, data->motion, gravity, at->v, w, links);

@@ -16,8 +16,11 @@
 #include "dynamics/aba_planar.h"
 #include "dynamics/rnea_gradient.h"
 
+#include <assert.h>
+
 size_t KT_KERNEL(kt_planar_respond)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *zero,
                                     const kt_real1 *tau, kt_real1 *x) {
+    assert(kt_data_serve(model, data));
     const kt_const1 still[2] = {kt_real1_splat(0.0), kt_real1_splat(0.0)};
     kt_planar_articulated_motions(model, data, q, zero, NULL);
     return model->has_armature ? kt_planar_articulated_solve(model, data, tau, kt_planar_eliminate_armature, still, x)
@@ -30,7 +33,7 @@ KT_INLINE void set_link_wrenches(const kt_planar_link *link, const kt_planar_mot
     const kt_real2 h = kt_across2(first), a = kt_load2(m->linear), mass = kt_const_same2(link->mass);
     x->force = kt_add2(kt_mul2(mass, a), kt_sub2(kt_scale2(m->alpha, h), kt_scale2(m->omega * m->omega, first)));
     x->moment = link->inertia * m->alpha + kt_dot2(h, a);
-    x->p = kt_add2(kt_mul2(mass, x->u), kt_scale2(x->w, h));
+    x->p = kt_add_scaled2(kt_mul2(mass, x->u), x->w, h);
     x->spin = link->inertia * x->w + kt_dot2(h, x->u);
     x->n = 2.0 * (x->w * kt_dot2(first, x->velocity) - m->omega * kt_dot2(first, x->u) -
                   link->mass * kt_cross2(x->u, x->velocity));
@@ -53,15 +56,15 @@ KT_INLINE void forward_pass(const kt_model *model, kt_data *data, const kt_plane
         const kt_real2 r = kt_across2(kt_load2(m->offset));
         (void)kt_planar_velocity(link, up->omega, at->v, m);
         kt_planar_acceleration(link, up, at->a, m);
-        x->velocity = kt_add2(px->velocity, kt_scale2(up->omega, r));
-        x->u = kt_add2(px->u, kt_scale2(px->w, r));
+        x->velocity = kt_add_scaled2(px->velocity, up->omega, r);
+        x->u = kt_add_scaled2(px->u, px->w, r);
         x->w = px->w;
         if (link->revolute) {
             x->w += link->sign * w[link->v];
         } else {
             const kt_real2 e = kt_planar_const_sum(kt_load2(m->rotation), link->along);
-            x->velocity = kt_add2(x->velocity, kt_scale2(at->v[link->v], e));
-            x->u = kt_add2(x->u, kt_scale2(w[link->v], e));
+            x->velocity = kt_add_scaled2(x->velocity, at->v[link->v], e);
+            x->u = kt_add_scaled2(x->u, w[link->v], e);
         }
         set_link_wrenches(link, m, x);
     }
@@ -120,6 +123,7 @@ KT_INLINE void backward_pass(const kt_model *model, const kt_planar_motion *moti
 
 void KT_KERNEL(kt_planar_gradient)(const kt_model *model, kt_data *data, const kt_gradient_state *at, const kt_real1 *w,
                                    const kt_gradient *out) {
+    assert(kt_data_serve(model, data));
     kt_planar_gradient_link *links = (kt_planar_gradient_link *)(void *)out->links;
     for (size_t p = 0; p < model->n.plane; p++)
         forward_pass(model, data, &model->plane[p], at, w, links);

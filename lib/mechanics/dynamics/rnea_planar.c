@@ -11,6 +11,8 @@
 #include "dynamics/dynamics.h"
 #include "dynamics/sweep_planar.h"
 
+#include <assert.h>
+
 KT_INLINE void inertial_wrench(const kt_planar_link *link, kt_planar_motion *m) {
     const kt_real2 first = kt_planar_const_sum(kt_load2(m->rotation), link->moment); /* m c */
     const kt_real2 h = kt_across2(first), linear = kt_load2(m->linear);
@@ -51,6 +53,7 @@ static inline void backward_pass(const kt_model *model, kt_data *data, kt_real1 
 
 void KT_KERNEL(kt_planar_inverse)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
                                   const kt_real1 *a, const kt_external *external, kt_real1 *tau) {
+    assert(kt_data_serve(model, data));
     kt_planar_gather(model, data, q);
     for (size_t p = 0; p < model->n.plane; p++)
         forward_pass(model, data, &model->plane[p], q, v, a);

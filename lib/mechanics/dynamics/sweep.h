@@ -67,7 +67,7 @@ KT_INLINE void kt_link_velocity(const kt_link *link, const kt_link_motion *paren
     kt_joint_twist(link, parent, out, v, &angular, &linear);
     out->omega = kt_add3(w, angular);
     out->alpha = kt_cross3(w, angular);
-    out->linear = kt_add3(around, kt_scale3(kt_real1_splat(2.0), kt_cross3(w, linear)));
+    out->linear = kt_add_scaled3(around, kt_real1_splat(2.0), kt_cross3(w, linear));
 }
 
 /* From c_n, c_f to the full accelerations, for joint accelerations a. */

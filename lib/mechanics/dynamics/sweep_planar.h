@@ -53,7 +53,7 @@ KT_INLINE kt_real2 kt_planar_pose(const kt_planar_link *link, kt_real2 e, const 
         kt_store2(out->rotation, own);
         return own;
     }
-    const kt_real2 at = kt_add2(kt_const_load2(link->at), kt_scale2(q[link->q], kt_const_load2(link->along)));
+    const kt_real2 at = kt_add_scaled2(kt_const_load2(link->at), q[link->q], kt_const_load2(link->along));
     kt_store2(out->offset, kt_planar_sum(e, KT_PART2(at, 0), KT_PART2(at, 1)));
     kt_store2(out->rotation, e);
     return e;
@@ -70,7 +70,7 @@ KT_INLINE kt_real1 kt_planar_velocity(const kt_planar_link *link, kt_real1 w, co
         return out->omega = w + link->sign * x;
     }
     const kt_real2 u = kt_planar_const_sum(kt_load2(out->rotation), link->along);
-    kt_store2(out->linear, kt_add2(around, kt_scale2(2.0 * (w * x), kt_across2(u))));
+    kt_store2(out->linear, kt_add_scaled2(around, 2.0 * (w * x), kt_across2(u)));
     return out->omega = w;
 }
 
@@ -79,14 +79,14 @@ KT_INLINE void kt_planar_acceleration(const kt_planar_link *link, const kt_plana
                                       kt_planar_motion *out) {
     const kt_real1 alpha = parent->alpha, x = a[link->v];
     const kt_real2 p = kt_across2(kt_load2(out->offset));
-    const kt_real2 linear = kt_add2(kt_load2(out->linear), kt_add2(kt_load2(parent->linear), kt_scale2(alpha, p)));
+    const kt_real2 linear = kt_add2(kt_load2(out->linear), kt_add_scaled2(kt_load2(parent->linear), alpha, p));
     if (link->revolute) {
         kt_store2(out->linear, linear);
         out->alpha = alpha + link->sign * x;
         return;
     }
     const kt_real2 u = kt_planar_const_sum(kt_load2(out->rotation), link->along);
-    kt_store2(out->linear, kt_add2(linear, kt_scale2(x, u)));
+    kt_store2(out->linear, kt_add_scaled2(linear, x, u));
     out->alpha = alpha;
 }
 

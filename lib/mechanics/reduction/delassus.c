@@ -45,7 +45,7 @@ static int32_t completing_step_of(const kt_front *f, const kt_loop_record *loop)
     return last;
 }
 
-static bool is_wanted(const sweep *s, int32_t slot, bool independent) {
+static bool is_included(const sweep *s, int32_t slot, bool independent) {
 #ifndef KT_LANES
     if (!independent)
         return kt_front_reach(s->model, s->f.components < KT_FRONT_SPACE, &s->f.w, slot) > 0.0;
@@ -70,7 +70,7 @@ static bool find_delassus_equations(const kt_model *model, kt_data *data, size_t
         const kt_loop_record *loop = &model->loop[model->front_loop[l]];
         const int32_t *slot = kt_rows_slots(s->f.model, s->f.group, loop);
         for (int r = 0; r < loop->row_count; r++) {
-            if (!kt_front_counts(&s->f, slot[r]) || !is_wanted(s, slot[r], independent))
+            if (!kt_front_counts(&s->f, slot[r]) || !is_included(s, slot[r], independent))
                 continue;
             if (s->count == most)
                 return false;
@@ -100,7 +100,7 @@ static bool find_delassus_equations(const kt_model *model, kt_data *data, size_t
 /* ---- wrenches on the links, joint forces of relations ------------------------------------------------------------ */
 
 /* Adds wrenches to the wrenches that a link will receive. */
-KT_INLINE void store(const sweep *s, int32_t link, shape is, const kt_real4 *x) {
+KT_INLINE void add_to_load(const sweep *s, int32_t link, shape is, const kt_real4 *x) {
     const int32_t local = s->model->link[link].local;
     kt_real4 *to = s->d.load + KT_FRONT_SPACE * local;
     const bool more = s->d.given[local] & KT_DELASSUS_WRENCH;
@@ -110,7 +110,7 @@ KT_INLINE void store(const sweep *s, int32_t link, shape is, const kt_real4 *x) 
 }
 
 /* Adds sign times W C of a loop to its links. */
-static void place_wrenches(const sweep *s, int r, double sign) {
+static void add_loop_wrenches(const sweep *s, int r, double sign) {
     const kt_front *f = &s->f;
     kt_real4 x[KT_FRONT_SPACE];
     for (int k = 0; k < 2; k++) {
@@ -121,17 +121,17 @@ static void place_wrenches(const sweep *s, int r, double sign) {
         const kt_real1 *w = kt_front_wrench(f, s->row[r].slot, k);
         for (int c = 0; c < f->components; c++)
             x[c] = kt_scale4(ALL, w[c], columns);
-        store(s, link, (shape){f->components, ALL}, x);
+        add_to_load(s, link, (shape){f->components, ALL}, x);
     }
 }
 
 /* The joint forces of relations on a link's one degree of freedom. */
-KT_INLINE kt_real4 force_on(const sweep *s, int32_t local) {
+KT_INLINE kt_real4 joint_force_of(const sweep *s, int32_t local) {
     return s->d.given[local] & KT_DELASSUS_FORCE ? s->d.column[local] : kt_zero4();
 }
 
 /* Adds the joint forces of a relation; the forces of planar revolute joints are moments about n. */
-static void place_forces(const sweep *s, int r) {
+static void add_relation_forces(const sweep *s, int r) {
     const kt_loop_record *loop = s->row[r].loop;
     for (int k = 0; k < loop->term_count; k++) {
         const kt_term_record *term = &s->model->term[loop->term + k];
@@ -142,19 +142,19 @@ static void place_forces(const sweep *s, int r) {
                 coefficient *= planar->sign;
         }
         const int32_t local = s->model->link[term->link].local;
-        s->d.column[local] = kt_add4(ALL, force_on(s, local), kt_scale4(ALL, coefficient, s->d.transform[r]));
+        s->d.column[local] = kt_add_scaled4(ALL, joint_force_of(s, local), coefficient, s->d.transform[r]);
         s->d.given[local] |= KT_DELASSUS_FORCE;
     }
 }
 
 /* Stores sign times W C on the loops' links, and the joint forces of relations in the columns. */
-static void place_loads(const sweep *s, double sign) {
+static void set_loads(const sweep *s, double sign) {
     memset(s->d.given, 0, (size_t)s->f.w.m);
     for (int r = 0; r < s->count; r++)
         if (s->row[r].loop->term_count)
-            place_forces(s, r);
+            add_relation_forces(s, r);
         else
-            place_wrenches(s, r, sign);
+            add_loop_wrenches(s, r, sign);
 }
 
 /* A wrench of each column, on a link about its origin. */
@@ -164,7 +164,7 @@ typedef struct wrenches {
 
 /* Sums the wrenches that link i receives: the stored wrenches, and those of the next link if this is its child
  * (`from_child`). */
-KT_INLINE void receive(const sweep *s, int32_t i, shape is, bool from_child, wrenches *p) {
+KT_INLINE void collect_wrenches(const sweep *s, int32_t i, shape is, bool from_child, wrenches *p) {
     const int32_t local = s->model->link[i].local;
     const bool has = s->d.given[local] & KT_DELASSUS_WRENCH;
     const kt_real4 *stored = s->d.load + KT_FRONT_SPACE * local;
@@ -175,7 +175,7 @@ KT_INLINE void receive(const sweep *s, int32_t i, shape is, bool from_child, wre
 }
 
 /* To the origin of the parent: n += r x f. */
-KT_INLINE void shift(kt_real3 r, shape is, wrenches *p) {
+KT_INLINE void shift_to_parent(kt_real3 r, shape is, wrenches *p) {
 #ifndef KT_LANES
     kt_wrench_shift_of4(is.components, r, p->x);
 #else
@@ -191,20 +191,20 @@ KT_INLINE void shift(kt_real3 r, shape is, wrenches *p) {
 }
 
 /* Shifts the wrenches to the origin of the parent, and stores them unless the next link in the loop is this parent. */
-KT_INLINE void pass_on(const sweep *s, int32_t up, kt_real3 r, shape is, bool from_child, wrenches *p) {
-    shift(r, is, p);
+KT_INLINE void pass_to_parent(const sweep *s, int32_t up, kt_real3 r, shape is, bool from_child, wrenches *p) {
+    shift_to_parent(r, is, p);
     if (!from_child && up != 0)
-        store(s, up, is, p->x);
+        add_to_load(s, up, is, p->x);
 }
 
 /* e . x */
 KT_INLINE kt_real4 along3(int n, kt_real3 e, const kt_real4 *x) {
-    return kt_add4(n, kt_add4(n, kt_scale4(n, KT_PART3(e, 0), x[0]), kt_scale4(n, KT_PART3(e, 1), x[1])),
-                   kt_scale4(n, KT_PART3(e, 2), x[2]));
+    return kt_add_scaled4(n, kt_add4(n, kt_scale4(n, KT_PART3(e, 0), x[0]), kt_scale4(n, KT_PART3(e, 1), x[1])),
+                          KT_PART3(e, 2), x[2]);
 }
 
 /* Returns S . p of an axis; for a planar revolute joint, the component about n, whatever the sign of the axis. */
-KT_INLINE kt_real4 along(const sweep *s, int32_t i, shape is, const wrenches *p) {
+KT_INLINE kt_real4 along_axis(const sweep *s, int32_t i, shape is, const wrenches *p) {
     const kt_real4 *x = p->x;
     const int n = is.equations;
     if (is.components == KT_FRONT_SPACE / 2) {
@@ -222,9 +222,8 @@ KT_INLINE kt_real4 along(const sweep *s, int32_t i, shape is, const wrenches *p)
     if (link->motion == KT_MOTION_REVOLUTE)
         return moment;
     const kt_real4 force = along3(n, e, x + 3);
-    return link->motion == KT_MOTION_SCREW
-               ? kt_add4(n, moment, kt_scale4(n, kt_real1_splat(kt_link_pitch(link)), force))
-               : force;
+    return link->motion == KT_MOTION_SCREW ? kt_add_scaled4(n, moment, kt_real1_splat(kt_link_pitch(link)), force)
+                                           : force;
 }
 
 /* ---- C ----------------------------------------------------------------------------------------------------------- */
@@ -235,31 +234,31 @@ KT_INLINE double unit_of(const sweep *s, int32_t local) {
 }
 
 /* A A', and the rows of A' as columns; if `units`, of coordinates in these. */
-KT_INLINE void square_rows(const sweep *s, shape is, bool units, kt_real4 *square) {
+KT_INLINE void sweep_rows(const sweep *s, shape is, bool units, kt_real4 *square) {
     const int32_t *link = s->model->group_link + s->f.group->link;
     const int n = is.equations;
     wrenches p;
     bool from_child = false;
     for (int l = s->f.group->link_count - 1; l >= 0; l--) {
         const int32_t i = link[l], up = s->model->link[i].parent;
-        receive(s, i, is, from_child, &p);
+        collect_wrenches(s, i, is, from_child, &p);
         const int dofs = s->model->link[i].motion == KT_MOTION_SPHERICAL ? 3 : 1;
         for (int c = 0; c < dofs; c++) {
             const int32_t local = s->model->link[i].local + c;
-            kt_real4 row = dofs == 1 ? kt_add4(n, force_on(s, local), along(s, i, is, &p)) : p.x[c];
+            kt_real4 row = dofs == 1 ? kt_add4(n, joint_force_of(s, local), along_axis(s, i, is, &p)) : p.x[c];
             row = units ? kt_scale4(n, kt_real1_splat(unit_of(s, local)), row) : row;
             kt_store4(n, row, &s->d.column[local]);
             kt_square4_add(n, row, kt_real1_splat(1.0), square);
         }
         from_child = l > 0 && up == link[l - 1];
-        pass_on(s, up, kt_front_offset(&s->f, i), is, from_child, &p);
+        pass_to_parent(s, up, kt_front_offset(&s->f, i), is, from_child, &p);
     }
     kt_square4_mirror(square);
 }
 
 #ifndef KT_LANES
-static __attribute__((noinline)) void square_in_units(const sweep *s, kt_v4 *square) {
-    square_rows(s, (shape){s->f.components, ALL}, true, square);
+static __attribute__((noinline)) void find_square_in_units(const sweep *s, kt_v4 *square) {
+    sweep_rows(s, (shape){s->f.components, ALL}, true, square);
 }
 #endif
 
@@ -279,17 +278,18 @@ static kt_real1 orthonormalise_steps(const sweep *s, kt_rows rows, const kt_real
     return least;
 }
 
-static void square_all(const sweep *s, kt_real4 *square) {
+static void find_square(const sweep *s, kt_real4 *square) {
 #ifndef KT_LANES
     if (memchr(s->f.fixed, 1, (size_t)s->f.w.m)) {
-        square_in_units(s, square);
+        find_square_in_units(s, square);
         return;
     }
 #endif
-    SWEEP(square_rows, s, false, square);
+    SWEEP(sweep_rows, s, false, square);
 }
 
 kt_condition KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
+    assert(model->group[g].form == KT_FORM_DELASSUS);
     assert(g < model->n.group);
     kt_real4 square[KT_DELASSUS_MAX], c[KT_DELASSUS_MAX];
     sweep s;
@@ -299,8 +299,8 @@ kt_condition KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data
         square[r] = c[r] = s.d.transform[r] = kt_zero4();
         kt_set_part4(&s.d.transform[r], r, kt_real1_splat(1.0));
     }
-    place_loads(&s, 1.0);
-    square_all(&s, square);
+    set_loads(&s, 1.0);
+    find_square(&s, square);
     const kt_real1 last = orthonormalise_steps(&s, rows, square, c);
     kt_condition regular = kt_condition_true();
     if (kt_fails(&regular, (last > KT_NEAR_SINGULAR) & kt_is_finite1(last)))
@@ -317,8 +317,8 @@ kt_condition KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data
     return regular;
 }
 
-/* A' lambda; of a damped step, in the coordinates' own units. */
-static void take_steps(const sweep *s, kt_real4 lambda, kt_real1 *step) {
+/* Writes the step A' lambda; of a damped step, in the coordinates' own units. */
+static void write_step(const sweep *s, kt_real4 lambda, kt_real1 *step) {
     const kt_model *model = s->model;
     const int n = EQUATIONS(s);
     for (int l = 0; l < s->f.group->link_count; l++) {
@@ -340,69 +340,74 @@ static void take_steps(const sweep *s, kt_real4 lambda, kt_real1 *step) {
 }
 
 void KT_KERNEL(kt_delassus_least)(const kt_model *model, kt_data *data, size_t g, kt_real1 *step) {
+    assert(model->group[g].form == KT_FORM_DELASSUS);
     assert(g < model->n.group);
     kt_real4 mu = kt_zero4(), lambda = mu;
     sweep s;
     (void)find_delassus_equations(model, data, g, data->factored[g], true, &s);
     for (int r = 0; r < s.count; r++)
-        mu = kt_add4(ALL, mu, kt_scale4(ALL, s.f.w.right[s.row[r].slot], s.d.transform[r]));
+        mu = kt_add_scaled4(ALL, mu, s.f.w.right[s.row[r].slot], s.d.transform[r]);
     for (int r = 0; r < s.count; r++)
         kt_set_part4(&lambda, r, kt_dot4(ALL, s.d.transform[r], mu));
-    take_steps(&s, lambda, step);
+    write_step(&s, lambda, step);
 }
 
 /* ---- S and mu ---------------------------------------------------------------------------------------------------- */
 
-/* S, and B' M^-1 f. */
+/* S = sum u d u', and B' M^-1 f = sum u (y - K . A0). */
 typedef struct sums {
     kt_real4 square[KT_DELASSUS_MAX], force;
 } sums;
 
+/* Adds the part of a degree of freedom: S += u d u', force += u (y - K . A0). `inverse` is d, `free` is y - K . A0. */
 KT_INLINE void add_dof(const sweep *s, int n, int32_t local, kt_real4 u, kt_real1 inverse, kt_real1 free, sums *to) {
     kt_store4(n, u, &s->d.column[local]);
     s->d.inverse[local] = inverse;
     kt_square4_add(n, u, inverse, to->square);
-    to->force = kt_add4(n, to->force, kt_scale4(n, free, u));
+    to->force = kt_add_scaled4(n, to->force, free, u);
 }
 
-/* One link in a plane; its parent accelerates by `at`. */
-KT_INLINE void take_planar(const sweep *s, shape is, int32_t i, const kt_real3 at, wrenches *p, sums *to) {
+/* Eliminates a link in a plane, whose parent has the acceleration `at`:
+ *   u = b - S . P,   P_parent = shift(P) + K u,   b: the joint forces of relations */
+KT_INLINE void eliminate_planar(const sweep *s, shape is, int32_t i, const kt_real3 at, wrenches *p, sums *to) {
     const int32_t local = s->model->link[i].local;
     const kt_planar_response *response = &s->data->planar_response[kt_planar_index_shift(s->model, i)];
     const kt_real1 *gain = response->gain_linear;
     const int n = is.equations;
-    const kt_real4 u = kt_sub4(n, force_on(s, local), along(s, i, is, p));
+    const kt_real4 u = kt_sub4(n, joint_force_of(s, local), along_axis(s, i, is, p));
     add_dof(s, n, local, u, s->d.inverse[local],
             response->free - (gain[0] * KT_PART3(at, 0) + gain[1] * KT_PART3(at, 1)), to);
-    shift(kt_front_offset(&s->f, i), is, p);
-    p->x[0] = kt_add4(n, p->x[0], kt_scale4(n, response->gain_angular, u));
-    p->x[1] = kt_add4(n, p->x[1], kt_scale4(n, gain[0], u));
-    p->x[2] = kt_add4(n, p->x[2], kt_scale4(n, gain[1], u));
+    shift_to_parent(kt_front_offset(&s->f, i), is, p);
+    p->x[0] = kt_add_scaled4(n, p->x[0], response->gain_angular, u);
+    p->x[1] = kt_add_scaled4(n, p->x[1], gain[0], u);
+    p->x[2] = kt_add_scaled4(n, p->x[2], gain[1], u);
 }
 
-/* P += K u */
+/* P <- P + K u */
 KT_INLINE void add_gain(int n, kt_real3 angular, kt_real3 linear, kt_real4 u, wrenches *p) {
     for (int c = 0; c < 3; c++) {
-        p->x[c] = kt_add4(n, p->x[c], kt_scale4(n, KT_PART3(angular, c), u));
-        p->x[c + 3] = kt_add4(n, p->x[c + 3], kt_scale4(n, KT_PART3(linear, c), u));
+        p->x[c] = kt_add_scaled4(n, p->x[c], KT_PART3(angular, c), u);
+        p->x[c + 3] = kt_add_scaled4(n, p->x[c + 3], KT_PART3(linear, c), u);
     }
 }
 
-KT_INLINE void take_axis(const sweep *s, shape is, int32_t i, const kt_front_motion *at, wrenches *p, sums *to) {
+/* Eliminates a joint with one axis in space: u = b - S . P,   P_parent = shift(P) + K u */
+KT_INLINE void eliminate_axis(const sweep *s, shape is, int32_t i, const kt_front_motion *at, wrenches *p, sums *to) {
     const int32_t local = s->model->link[i].local;
     const kt_response *response = &s->data->response[i];
     const kt_real3 gn = response->gain_angular, gf = response->gain_linear;
     const int n = is.equations;
-    const kt_real4 u = kt_sub4(n, force_on(s, local), along(s, i, is, p));
+    const kt_real4 u = kt_sub4(n, joint_force_of(s, local), along_axis(s, i, is, p));
     add_dof(s, n, local, u, s->d.inverse[local], kt_response_free(response) - kt_dots3(gn, at->alpha, gf, at->linear),
             to);
-    shift(s->data->motion[i].offset, is, p);
+    shift_to_parent(s->data->motion[i].offset, is, p);
     add_gain(n, gn, gf, u, p);
 }
 
 /* Eliminates the three rotations of a spherical joint: u = -n, L y = u, z = L^-T y / D, then f += G z and n = 0. `at`:
  * the motion of the link itself. */
-KT_INLINE void take_spherical(const sweep *s, shape is, int32_t i, const kt_front_motion *at, wrenches *p, sums *to) {
+KT_INLINE void eliminate_spherical(const sweep *s, shape is, int32_t i, const kt_front_motion *at, wrenches *p,
+                                   sums *to) {
     const int32_t local = s->model->link[i].local;
     const kt_articulated *kept = &s->data->articulated[s->model->link[i].articulated];
     const kt_real3 l = kept->j[0], e = kept->j[1];
@@ -413,30 +418,30 @@ KT_INLINE void take_spherical(const sweep *s, shape is, int32_t i, const kt_fron
     for (int c = 0; c < 3; c++) {
         u[c] = kt_minus4(n, p->x[c]);
         kt_store4(n, u[c], &s->d.column[local + c]);
-        to->force = kt_add4(n, to->force, kt_scale4(n, KT_PART3(free, c), u[c]));
+        to->force = kt_add_scaled4(n, to->force, KT_PART3(free, c), u[c]);
         p->x[c] = kt_zero4();
     }
     y[0] = u[0];
-    y[1] = kt_sub4(n, u[1], kt_scale4(n, KT_PART3(l, 0), y[0]));
-    y[2] = kt_sub4(n, kt_sub4(n, u[2], kt_scale4(n, KT_PART3(l, 1), y[0])), kt_scale4(n, KT_PART3(l, 2), y[1]));
+    y[1] = kt_sub_scaled4(n, u[1], KT_PART3(l, 0), y[0]);
+    y[2] = kt_sub_scaled4(n, kt_sub_scaled4(n, u[2], KT_PART3(l, 1), y[0]), KT_PART3(l, 2), y[1]);
     for (int c = 0; c < 3; c++) {
         kt_square4_add(n, y[c], KT_PART3(e, c), to->square);
         z[c] = kt_scale4(n, KT_PART3(e, c), y[c]);
     }
-    z[1] = kt_sub4(n, z[1], kt_scale4(n, KT_PART3(l, 2), z[2]));
+    z[1] = kt_sub_scaled4(n, z[1], KT_PART3(l, 2), z[2]);
     z[0] = kt_sub4(n, z[0], kt_add4(n, kt_scale4(n, KT_PART3(l, 0), z[1]), kt_scale4(n, KT_PART3(l, 1), z[2])));
     for (int c = 0; c < 3; c++) {
         const kt_real3 g = kt_make3(KT_PART3(kept->g[0], c), KT_PART3(kept->g[1], c), KT_PART3(kept->g[2], c));
         p->x[c + 3] = kt_add4(n, p->x[c + 3], along3(n, g, z));
     }
-    shift(s->data->motion[i].offset, is, p);
+    shift_to_parent(s->data->motion[i].offset, is, p);
 }
 
 #ifndef KT_LANES
 /* Eliminates a joint with armature, one degree of freedom after the other (kt_project_armature). The wrenches are
  * passed by value, so that the wrenches of other joints stay in registers. */
-static __attribute__((noinline)) wrenches take_armature(const sweep *s, int32_t i, const kt_front_motion *at,
-                                                        wrenches p, sums *to) {
+static __attribute__((noinline)) wrenches eliminate_armature(const sweep *s, int32_t i, const kt_front_motion *at,
+                                                             wrenches p, sums *to) {
     const int32_t local = s->model->link[i].local;
     const kt_link_motion *m = &s->data->motion[i];
     const shape is = {KT_FRONT_SPACE, ALL};
@@ -447,13 +452,14 @@ static __attribute__((noinline)) wrenches take_armature(const sweep *s, int32_t 
         add_dof(s, ALL, local + k, u, n[3], kept->moment[k] - kt_v4_dot2(n, at->alpha, f, at->linear), to);
         add_gain(ALL, n, f, u, &p);
     }
-    shift(m->offset, is, &p);
+    shift_to_parent(m->offset, is, &p);
     return p;
 }
 #endif
 
-/* ground: its acceleration, minus gravity. */
-KT_INLINE void sum_columns(const sweep *s, shape is, kt_real3 ground, sums *to) {
+/* The sweep over the links, tips first, that eliminates each joint. ground: the acceleration of the ground, minus
+ * gravity. */
+KT_INLINE void sweep_responses(const sweep *s, shape is, kt_real3 ground, sums *to) {
     const int32_t *link = s->model->group_link + s->f.group->link;
     const kt_front_motion rest = {.alpha = kt_zero3(), .linear = kt_zero3()};
     wrenches p;
@@ -465,20 +471,20 @@ KT_INLINE void sum_columns(const sweep *s, shape is, kt_real3 ground, sums *to) 
                                       : up      ? kt_front_motion_of(&s->f, up)
                                                 : &rest;
         const kt_front_motion at = {.alpha = from->alpha, .linear = kt_add3(from->linear, ground)};
-        receive(s, i, is, from_child, &p);
+        collect_wrenches(s, i, is, from_child, &p);
         if (is.components == KT_FRONT_SPACE / 2)
-            take_planar(s, is, i, at.linear, &p, to);
+            eliminate_planar(s, is, i, at.linear, &p, to);
         else if (!spherical)
-            take_axis(s, is, i, &at, &p, to);
+            eliminate_axis(s, is, i, &at, &p, to);
 #ifndef KT_LANES
         else if (s->model->link[i].has_armature)
-            p = take_armature(s, i, &at, p, to);
+            p = eliminate_armature(s, i, &at, p, to);
 #endif
         else
-            take_spherical(s, is, i, &at, &p, to);
+            eliminate_spherical(s, is, i, &at, &p, to);
         from_child = l > 0 && up == link[l - 1];
         if (!from_child && up != 0)
-            store(s, up, is, p.x);
+            add_to_load(s, up, is, p.x);
     }
 }
 
@@ -506,19 +512,20 @@ KT_INLINE void add_responses(const sweep *s, bool planar, kt_real4 mu) {
 }
 
 kt_condition KT_KERNEL(kt_delassus_solve)(const kt_model *model, kt_data *data, size_t g, const kt_const1 *gravity) {
+    assert(model->group[g].form == KT_FORM_DELASSUS);
     assert(g < model->n.group);
     sums to = {.force = kt_zero4()};
     kt_real4 mu = kt_zero4();
     sweep s;
     (void)find_delassus_equations(model, data, g, data->factored[g], true, &s);
     const bool planar = s.f.components == KT_FRONT_SPACE / 2;
-    place_loads(&s, -1.0);
+    set_loads(&s, -1.0);
     const kt_real3 ground =
         planar ? kt_make3(kt_const_real1(-gravity[0]), kt_const_real1(-gravity[1]), kt_real1_splat(0.0))
                : data->motion[0].linear;
-    SWEEP(sum_columns, &s, ground, &to);
+    SWEEP(sweep_responses, &s, ground, &to);
     for (int r = 0; r < s.count; r++)
-        mu = kt_add4(ALL, mu, kt_scale4(ALL, s.f.w.right[s.row[r].slot], s.d.transform[r]));
+        mu = kt_add_scaled4(ALL, mu, s.f.w.right[s.row[r].slot], s.d.transform[r]);
     mu = kt_sub4(ALL, mu, to.force);
     kt_condition positive = kt_square4_solve(to.square, s.count, &mu);
     if (kt_fails(&positive, positive))
@@ -540,6 +547,7 @@ kt_condition KT_KERNEL(kt_delassus_solve)(const kt_model *model, kt_data *data, 
 /* ---- damped steps ------------------------------------------------------------------------------------------------ */
 
 bool KT_KERNEL(kt_delassus_measure)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, double *size) {
+    assert(kt_data_serve(model, data) && model->group[g].damped_form == KT_FORM_DELASSUS);
     kt_v4 square[KT_DELASSUS_MAX];
     sweep s;
     if (!find_delassus_equations(model, data, g, rows, false, &s))
@@ -550,8 +558,8 @@ bool KT_KERNEL(kt_delassus_measure)(const kt_model *model, kt_data *data, size_t
         if (r < s.count)
             s.d.transform[r][r] = 1.0 / s.f.w.scale[s.row[r].slot];
     }
-    place_loads(&s, 1.0);
-    square_in_units(&s, square);
+    set_loads(&s, 1.0);
+    find_square_in_units(&s, square);
     *size = (square[0][0] + square[1][1]) + (square[2][2] + square[3][3]);
     memcpy(s.d.transform, square, sizeof square);
     data->factored[g] = rows;
@@ -560,6 +568,8 @@ bool KT_KERNEL(kt_delassus_measure)(const kt_model *model, kt_data *data, size_t
 
 bool KT_KERNEL(kt_delassus_damp)(const kt_model *model, kt_data *data, size_t g, const double *gap, double damping,
                                  double *step) {
+    assert(damping >= 0.0);
+    assert(kt_data_serve(model, data) && model->group[g].damped_form == KT_FORM_DELASSUS);
     kt_v4 square[KT_DELASSUS_MAX], lambda = kt_v4_splat(0.0);
     sweep s;
     (void)find_delassus_equations(model, data, g, data->factored[g], false, &s);
@@ -572,7 +582,7 @@ bool KT_KERNEL(kt_delassus_damp)(const kt_model *model, kt_data *data, size_t g,
     }
     if (!kt_square4_solve(square, s.count, &lambda))
         return false;
-    take_steps(&s, lambda, step);
+    write_step(&s, lambda, step);
     return true;
 }
 

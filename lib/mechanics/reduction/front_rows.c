@@ -11,6 +11,7 @@
 #include "constraint/loop_jacobian.h"
 #include "reduction/front_link.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* ---- motion of the links ----------------------------------------------------------------------------------------- */
@@ -179,6 +180,8 @@ static void evaluate_relation(const kt_front *f, const kt_loop_record *loop, con
 
 void KT_KERNEL(kt_front_fill)(const kt_model *model, kt_data *data, size_t g, bool planar, bool moving,
                               const kt_real1 *q, const kt_real1 *v, kt_real1 t) {
+    assert(kt_data_serve(model, data) && g < model->n.group);
+    assert(kt_group_has_fronts(&model->group[g]));
     kt_front f;
 #ifndef KT_LANES
     data->front_planar[g] = planar;
@@ -250,6 +253,8 @@ static kt_real1 row_at(const kt_front *f, const kt_loop_record *loop, int32_t ro
 
 void KT_KERNEL(kt_front_apply)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const kt_real1 *x,
                                kt_real1 *out, kt_real1 *size) {
+    assert(g < model->n.group && kt_group_has_fronts(&model->group[g]));
+    assert(x != out);
     const kt_real1 zero = kt_real1_splat(0.0);
     kt_front f;
     kt_front_find(model, data, g, rows, &f);

@@ -337,6 +337,10 @@ static __attribute__((noinline)) bool reduce_armature(kt_front *f, const kt_fron
 
 bool KT_KERNEL(kt_front_reduce)(const kt_model *model, kt_data *data, size_t g, const kt_front_aim *aim,
                                 kt_front_total *total) {
+    assert(kt_data_serve(model, data) && g < model->n.group);
+    assert(aim->kind != KT_FRONT_DYNAMICS || aim->tau != NULL);
+    assert(aim->kind != KT_FRONT_DAMPED || (aim->gap != NULL && aim->damping >= 0.0));
+    assert(!aim->base || total != NULL);
     kt_front f;
     kt_front_find(model, data, g, data->factored[g], &f);
     f.kept = aim->kept;

@@ -33,6 +33,8 @@ int KT_KERNEL(kt_group_factor)(const kt_model *model, kt_data *data, size_t g, k
 
 bool KT_KERNEL(kt_group_prepare)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool regular,
                                  bool delassus, bool front4, bool range) {
+    assert(kt_data_serve(model, data) && g < model->n.group);
+    assert((unsigned)rows < KT_ROWS_COUNT);
     const kt_group *group = &model->group[g];
     bool special = false;
     if (delassus && group->form == KT_FORM_DELASSUS) {
@@ -50,6 +52,7 @@ bool KT_KERNEL(kt_group_prepare)(const kt_model *model, kt_data *data, size_t g,
 }
 
 bool KT_KERNEL(kt_groups_factor)(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
+    assert(kt_data_serve(model, data));
     bool fine = true;
     for (size_t g = 0; g < model->n.group; g++)
         fine &= KT_KERNEL(kt_group_factor)(model, data, g, rows, regular) >= 0;
@@ -57,6 +60,7 @@ bool KT_KERNEL(kt_groups_factor)(const kt_model *model, kt_data *data, kt_rows r
 }
 
 bool KT_KERNEL(kt_groups_refactor)(const kt_model *model, kt_data *data) {
+    assert(kt_data_serve(model, data));
     bool some = false;
     for (size_t g = 0; g < model->n.group; g++) {
         if (!data->special_form[g])
@@ -83,6 +87,7 @@ static bool least_step_special(const kt_model *model, kt_data *data, size_t g, d
 }
 
 bool KT_KERNEL(kt_groups_least_step)(const kt_model *model, kt_data *data, double *step) {
+    assert(kt_data_serve(model, data) && step != model->zero);
     const kt_reduction_kind *kind = model->reduction;
     memset(step, 0, model->n.v * sizeof *step);
     for (size_t g = 0; g < model->n.group; g++) {
@@ -107,6 +112,7 @@ bool KT_KERNEL(kt_groups_least_step)(const kt_model *model, kt_data *data, doubl
 }
 
 void KT_KERNEL(kt_groups_multipliers_of)(const kt_model *model, kt_data *data, const double *force) {
+    assert(kt_data_serve(model, data));
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
@@ -133,6 +139,7 @@ double KT_KERNEL(kt_damped_measure)(const kt_model *model, kt_data *data, size_t
 
 bool KT_KERNEL(kt_damped_solve)(const kt_model *model, kt_data *data, size_t g, const double *gap, double damping,
                                 double *step) {
+    assert(g < model->n.group && damping >= 0.0);
     if (data->special_form[g])
         return KT_KERNEL(kt_delassus_damp)(model, data, g, gap, damping, step);
     const kt_front_aim aim = {.kind = KT_FRONT_DAMPED, .gap = gap, .damping = damping};

@@ -15,6 +15,8 @@
 #include "linear/cholesky.h"
 #include "reduction/method.h"
 
+#include <assert.h>
+
 /* From this number of coordinates on, loops run along columns, so that vector instructions process several entries. */
 enum { KT_SHORT = 9 };
 
@@ -63,6 +65,8 @@ KT_INLINE void kt_group_reduce(const kt_group_work *w, int dofs, kt_real1 *size)
  * its own functions, which are then inlined. */
 KT_INLINE kt_condition kt_group_solve(kt_particular *particular, kt_basis *basis, const kt_group_work *w, int rank,
                                       int width) {
+    assert(rank >= 0 && rank <= w->m);
+    assert(width == 0 || width == 3 || width == 6);
     const int m = w->m, dofs = m - rank;
     kt_real1 *size = w->work, *z = w->work + m, *half = w->half;
     particular(w, rank, w->right, w->free);

@@ -27,6 +27,8 @@
 #include "constraint/group.h"
 #include "dynamics/aba_planar.h"
 
+#include <assert.h>
+
 enum { KT_PIN_LINKS = 3 };
 
 /* gcc does not unroll loops of this length by itself. */
@@ -86,20 +88,20 @@ KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, c
         p->offset[i] = kt_load2(m->offset);
         at = kt_add2(at, p->offset[i]);
         bias = kt_add2(bias, kt_load2(m->linear));
-        rate = kt_add2(rate, kt_scale2(w, kt_across2(p->offset[i])));
+        rate = kt_add_scaled2(rate, w, kt_across2(p->offset[i]));
         w = m->omega;
         p->along[i] = none;
         if (!link->revolute) {
             p->along[i] = kt_planar_const_sum(kt_load2(m->rotation), link->along);
-            rate = kt_add2(rate, kt_scale2(v[link->v], p->along[i]));
+            rate = kt_add_scaled2(rate, v[link->v], p->along[i]);
         }
         p->at[i] = at;
         p->bias[i] = bias;
     }
     const kt_real2 arm = kt_planar_sum_of(kt_load2(data->planar[flat->link[k]].rotation), flat->arm[k]);
     return (kt_pin_end){.point = kt_add2(at, arm),
-                        .rate = kt_add2(rate, kt_scale2(w, kt_across2(arm))),
-                        .linear = kt_sub2(bias, kt_scale2(w * w, arm)),
+                        .rate = kt_add_scaled2(rate, w, kt_across2(arm)),
+                        .linear = kt_sub_scaled2(bias, w * w, arm),
                         .omega = w};
 }
 
@@ -107,9 +109,9 @@ KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, c
 KT_INLINE void kt_pin_relate(const kt_pin_end *one, const kt_pin_end *two, int first, kt_pin *p) {
     const kt_real2 d = kt_sub2(two->point, one->point);
     const kt_real1 w = one->omega;
-    const kt_real2 relative = kt_sub2(kt_sub2(two->rate, one->rate), kt_scale2(w, kt_across2(d)));
-    p->drift = kt_add2(kt_sub2(two->linear, one->linear),
-                       kt_scale2(w, kt_sub2(kt_scale2(w, d), kt_mul2(kt_same2(2.0), kt_across2(relative)))));
+    const kt_real2 relative = kt_sub_scaled2(kt_sub2(two->rate, one->rate), w, kt_across2(d));
+    p->drift = kt_add_scaled2(kt_sub2(two->linear, one->linear), w,
+                              kt_sub2(kt_scale2(w, d), kt_mul2(kt_same2(2.0), kt_across2(relative))));
     KT_PIN_UNROLL
     for (int i = 0; i < KT_PIN_LINKS; i++) {
         const double sign = i < first ? -1.0 : 1.0;
@@ -153,20 +155,20 @@ typedef struct kt_pin_body {
 
 KT_INLINE void kt_pin_move(const kt_pin *p, int i, kt_pin_body *body) {
     const kt_real2 across = kt_across2(p->offset[i]);
-    body->u = kt_add2(body->u, kt_scale2(body->w, across));
-    body->a = kt_add2(body->a, kt_scale2(body->alpha, across));
+    body->u = kt_add_scaled2(body->u, body->w, across);
+    body->a = kt_add_scaled2(body->a, body->alpha, across);
     if (p->link[i]->revolute) {
         body->w += p->link[i]->sign * p->n[i];
         body->alpha += p->link[i]->sign * p->x[i];
     } else {
-        body->u = kt_add2(body->u, kt_scale2(p->n[i], p->along[i]));
-        body->a = kt_add2(body->a, kt_scale2(p->x[i], p->along[i]));
+        body->u = kt_add_scaled2(body->u, p->n[i], p->along[i]);
+        body->a = kt_add_scaled2(body->a, p->x[i], p->along[i]);
     }
 }
 
 /* M u of a link's articulated inertia. */
 KT_INLINE kt_real2 kt_pin_apply(const kt_planar_inertia *x, kt_real2 u) {
-    return kt_add2(kt_mul2(kt_make2(x->xx, x->yy), u), kt_scale2(x->xy, kt_swap2(u)));
+    return kt_add_scaled2(kt_mul2(kt_make2(x->xx, x->yy), u), x->xy, kt_swap2(u));
 }
 
 /* Sums over the links: D, and the virtual power of the wrenches along n. If the parent moves, also the momentum p
@@ -233,6 +235,8 @@ KT_INLINE void kt_pin_sum_path(const kt_model *model, const kt_data *data, const
 
 KT_INLINE kt_condition kt_pin_eliminate(const kt_model *model, kt_data *data, const kt_pin_group *g,
                                         const kt_const1 *gravity, const kt_real1 *v, const kt_real1 *tau, kt_real1 *a) {
+    assert(g->group->v_count == KT_PIN_LINKS);
+    assert(g->bound[0] == 0 && g->bound[1] >= 0 && g->bound[1] <= KT_PIN_LINKS && g->bound[2] == KT_PIN_LINKS);
     const kt_group *group = g->group;
     const int32_t top = g->top;
     const kt_real2 none = kt_same2(0.0), ground = top ? none : kt_minus2(kt_const_load2(gravity));

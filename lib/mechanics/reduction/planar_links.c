@@ -13,11 +13,14 @@
 #include "reduction/front.h"
 #include "reduction/front4.h"
 #include "reduction/kernel.h"
+
+#include <assert.h>
 #endif
 
 static const kt_const1 none[2]; /* zero */
 
 void KT_KERNEL(kt_planar_links_pose)(const kt_model *model, kt_data *data, const kt_real1 *q) {
+    assert(kt_data_serve(model, data));
     kt_planar_motion *motion = data->planar;
     kt_planar_gather(model, data, q);
     kt_planar_ground_set(none, &motion[0]);
@@ -28,6 +31,7 @@ void KT_KERNEL(kt_planar_links_pose)(const kt_model *model, kt_data *data, const
 
 /* Computes velocities from given poses, and everything else that kt_planar_articulated_motion sets. */
 void KT_KERNEL(kt_planar_links_move)(const kt_model *model, kt_data *data, const kt_real1 *v) {
+    assert(kt_data_serve(model, data));
     for (size_t k = 1; k < model->n.planar; k++) {
         const kt_planar_link *link = &model->planar[k];
         kt_planar_motion *m = &data->planar[k];
@@ -260,6 +264,7 @@ static __attribute__((noinline)) size_t backward_armature(const kt_model *model,
 
 size_t KT_KERNEL(kt_planar_links_accelerate)(const kt_model *model, kt_data *data, const kt_real1 *v,
                                              const kt_real1 *tau, bool weightless, kt_real1 *a) {
+    assert(kt_data_serve(model, data));
     for (size_t p = 0; p < model->n.plane; p++) {
         const kt_plane *plane = &model->plane[p];
         closure c = {.model = model, .data = data, .gravity = weightless ? none : plane->gravity, .v = v, .a = a};

@@ -135,6 +135,7 @@ static int factor_qr_method(kt_group_work *w, int cap) {
 
 /* X (m x columns) = Q X with the first `count` reflectors, or Q' X. */
 KT_INLINE void apply(const kt_group_work *w, int count, bool transposed, kt_real1 *x, int columns) {
+    assert(count >= 0 && count <= w->m && count <= w->k);
     const size_t m = (size_t)w->m;
 #ifndef KT_LANES
     if (w->m >= KT_LARGE && count > 0 && columns > 0) {

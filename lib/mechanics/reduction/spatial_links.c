@@ -16,9 +16,12 @@
 #include "reduction/front.h"
 #include "reduction/half_columns.h"
 #include "reduction/kernel.h"
+
+#include <assert.h>
 #endif
 
 void KT_KERNEL(kt_spatial_links_pose)(const kt_model *model, kt_data *data, const kt_real1 *q, size_t end) {
+    assert(end <= model->n.link); /* data may be those of another variant (evaluate/open.c) */
     const size_t angles = end == model->n.link ? model->n.angle : model->n.spatial_angle;
     kt_angles_gather(model, data, q, 0, angles, data->sine, data->cosine);
     kt_ground_set(kt_zero3(), &data->motion[0]);
@@ -28,11 +31,13 @@ void KT_KERNEL(kt_spatial_links_pose)(const kt_model *model, kt_data *data, cons
 }
 
 void KT_KERNEL(kt_spatial_links_move)(const kt_model *model, kt_data *data, const kt_real1 *v, size_t end) {
+    assert(end <= model->n.link); /* likewise */
     for (size_t i = 1; i < end; i++)
         kt_link_velocity(&model->link[i], &data->motion[model->link[i].parent], v, &data->motion[i]);
 }
 
 void KT_KERNEL(kt_spatial_links_clear)(const kt_model *model, kt_data *data, size_t end) {
+    assert(kt_data_serve(model, data) && end <= model->n.link);
     for (size_t i = 1; i < end; i++)
         kt_articulated_clear(&model->link[i], &data->articulated[model->link[i].articulated]);
     kt_external_none(data);
@@ -40,6 +45,7 @@ void KT_KERNEL(kt_spatial_links_clear)(const kt_model *model, kt_data *data, siz
 
 void KT_KERNEL(kt_spatial_links_motion)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
                                         const kt_external *external, size_t end) {
+    assert(kt_data_serve(model, data) && end <= model->n.link);
     kt_articulated_motion(model, data, q, v, end);
     if (external)
         kt_external_set(model, data, external);
@@ -303,6 +309,7 @@ static __attribute__((noinline)) size_t accelerate_armature(const kt_model *mode
 
 size_t KT_KERNEL(kt_spatial_links_accelerate)(const kt_model *model, kt_data *data, const kt_real1 *tau, size_t end,
                                               bool delassus, kt_real1 *a) {
+    assert(kt_data_serve(model, data) && end <= model->n.link);
     if (model->has_armature)
         return accelerate_armature(model, data, tau, end, delassus, a);
     if (delassus)
@@ -315,6 +322,7 @@ size_t KT_KERNEL(kt_spatial_links_accelerate)(const kt_model *model, kt_data *da
 
 #ifndef KT_LANES
 void KT_KERNEL(kt_spatial_links_resume)(const kt_model *model, kt_data *data, const double *v, size_t end, double *a) {
+    assert(kt_data_serve(model, data) && end <= model->n.link);
     KT_KERNEL(kt_spatial_links_move)(model, data, v, end);
     data->motion[0].linear = -model->gravity;
     if (model->has_armature)

@@ -37,9 +37,9 @@ KT_OPERATOR void kt_whole3_add_both(kt_real3 a[3], const kt_real3 b[3]) {
 
 /* A -= d u u' */
 KT_OPERATOR void kt_whole3_subtract_square(kt_real3 a[3], kt_real1 d, kt_real3 u) {
-    a[0] = kt_sub3(a[0], kt_scale3(d, kt_scale3(u.x, u)));
-    a[1] = kt_sub3(a[1], kt_scale3(d, kt_scale3(u.y, u)));
-    a[2] = kt_sub3(a[2], kt_scale3(d, kt_scale3(u.z, u)));
+    a[0] = kt_sub_scaled3(a[0], d, kt_scale3(u.x, u));
+    a[1] = kt_sub_scaled3(a[1], d, kt_scale3(u.y, u));
+    a[2] = kt_sub_scaled3(a[2], d, kt_scale3(u.z, u));
 }
 
 KT_OPERATOR kt_real3 kt_whole3_apply(const kt_real3 a[3], kt_real3 u) { return kt_apply3(a, u); }

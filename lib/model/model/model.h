@@ -485,6 +485,9 @@ struct kt_data {
     KT_ARENA_DECLARE(KT_LANE_FIELDS)
 };
 
+/* Whether data have been prepared for a model in lanes. */
+static inline bool kt_data_serve(const kt_model *model, const kt_data *data) { return model && data && data->base; }
+
 #else
 
 struct kt_data {

@@ -10,6 +10,8 @@
 #include "contact/contact.h"
 #include "kinetree/loop.h"
 
+#include <assert.h>
+
 /* So many contacts always have room in matrices, and so many if no contact has friction. */
 enum { CONTACT_ROOM = 32, SMOOTH_ROOM = 3 * CONTACT_ROOM };
 
@@ -87,6 +89,7 @@ void kt_contacts_clear_rows(struct kt_contacts *c) {
 }
 
 int kt_contacts_add_row(struct kt_contacts *c, int k, int component) {
+    assert(k >= 0 && k < c->n && component >= 0 && component < 3);
     kt_contact_island *at = &c->island[c->item[k].island];
     const int row = at->row + at->touching++;
     c->rows[row] = k;
@@ -95,6 +98,7 @@ int kt_contacts_add_row(struct kt_contacts *c, int k, int component) {
 }
 
 bool kt_contacts_select(struct kt_contacts *c, int island) {
+    assert(island >= 0 && island < c->islands);
     kt_contact_island *at = &c->island[island];
     c->selected = at;
     c->touching = at->touching;
@@ -115,6 +119,7 @@ int kt_contacts_total(const struct kt_contacts *c) {
 }
 
 void kt_contacts_add_response(const struct kt_contacts *c, int k, double p, double *v) {
+    assert(c->selected != NULL && k >= 0 && k < c->touching);
     const double *response = c->response + (size_t)k * c->all->n.v;
     const int32_t *coordinate = c->all->island_coordinate + c->selected->of->v;
     const size_t count = (size_t)c->selected->of->v_count;

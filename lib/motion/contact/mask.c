@@ -22,6 +22,7 @@
 #include "model/switching.h"
 #include "reduction/kernel.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -36,8 +37,8 @@ static const kt_model *closed_model(const kt_model *model) {
     return masks ? kt_variants_model(model->variants, kt_variants_count(model->variants) - 1) : NULL;
 }
 
-/* The effects of a mask that differ from those of the model in which all contacts are closed, and the data after
- * them. */
+/* The number of effects that a mask has as copies. A mask needs copies if friction of joints may slip backwards, since
+ * its direction is a number of the effect. */
 static size_t count_of_effects(const kt_model *all) {
     return all->variants->switches.back != 0 ? all->n.effect + all->n.effect_off : 0;
 }
@@ -266,6 +267,7 @@ static const double *closed_position(kt_mask *mask, kt_data *data, double t, con
 }
 
 void kt_mask_rank(kt_mask *mask, kt_data *data, double t, const double *q) {
+    assert(kt_data_serve(&mask->model, data) && isfinite(t));
     int32_t *rank = mask->rank;
     for (size_t i = 0; i < KT_ROWS_COUNT * mask->model.n.group; i++)
         rank[i] = 0;
@@ -305,6 +307,7 @@ bool kt_mask_ranks_fit(const kt_mask *mask, const double *ranks) {
 }
 
 void kt_mask_put_ranks(kt_mask *mask, const double *ranks) {
+    assert(kt_mask_ranks_fit(mask, ranks));
     for (size_t g = 0; g < mask->model.n.group; g++)
         for (int rows = 0; rows < KT_ROWS_COUNT; rows++) {
             mask->group[g].rank[rows] = (int32_t)*ranks++;

@@ -8,6 +8,7 @@
 #include "evaluate/evaluate.h"
 #include "integrator/integrator.h"
 
+#include <assert.h>
 #include <math.h>
 
 /* Rates up to this part of their change in a step count as residuals of the cone solver: ten times the residual at
@@ -15,10 +16,12 @@
 static const double settled = 1e-6;
 
 double kt_moreau_right(const struct kt_contacts *c, int k, int component) {
+    assert(k >= 0 && k < c->n && component >= 0 && component < 3);
     return c->rate[kt_contact_row(c->all, &c->item[k]) + component];
 }
 
 void kt_moreau_add_response(const kt_simulation *simulation, int i, int r, double p, double *v) {
+    assert(i >= 0 && i < simulation->moreau->count && r >= 0 && r < 3);
     const struct kt_contacts *c = simulation->contacts;
     if (p != 0.0)
         kt_contacts_add_response(c, simulation->moreau->first[i] + r - c->selected->row, p, v);
@@ -328,6 +331,7 @@ static void settle_gaps(const kt_simulation *simulation, double h, const double 
 }
 
 kt_status kt_moreau_begin(kt_simulation *simulation, double t, double h, const double *v, kt_error *error) {
+    assert(isfinite(t) && h > 0.0);
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
     kt_status status = kt_contacts_find_equations(c, simulation->model, t, m->y, v, true, error);
@@ -348,6 +352,7 @@ void kt_moreau_renew_laws(kt_simulation *simulation, double h) {
 }
 
 void kt_moreau_take_free(kt_simulation *simulation, double h) {
+    assert(h > 0.0);
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
     double *free = m->y + simulation->size.nq;
@@ -395,6 +400,7 @@ static kt_status spare_held_items(kt_simulation *simulation, int from, bool *any
 }
 
 kt_status kt_moreau_add_closing(kt_simulation *simulation, double h, const double *v, bool *any, kt_error *error) {
+    assert(h > 0.0);
     const bool begins = simulation->moreau->count == simulation->moreau->dry;
     const int from = simulation->moreau->count;
     bool spares = false;

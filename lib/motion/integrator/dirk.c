@@ -217,6 +217,7 @@ void kt_dirk_accept(kt_integrator *it) {
 }
 
 kt_try_result kt_dirk_interpolate(kt_integrator *it, double t, double *y_out, kt_try *result) {
+    assert(y_out != it->y && y_out != it->previous_y);
     const size_t n = it->sizes.n;
     const double t0 = it->memory.previous_t, h = it->memory.last_step, theta = (t - t0) / (it->memory.t - t0);
     const double rest = 1.0 - theta, part = theta * theta * (3.0 - 2.0 * theta);

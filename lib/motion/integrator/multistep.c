@@ -29,6 +29,7 @@
 #include "integrator/complex.h"
 #include "kinetree/algebra.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -213,6 +214,7 @@ static bool find_characteristic_roots(const kt_stability *s, kt_complex z, roots
 }
 
 kt_complex kt_multistep_value(const kt_stability *s, kt_complex z) {
+    assert(s->degree >= 0);
     roots r;
     if (!find_characteristic_roots(s, z, &r))
         return (kt_complex){HUGE_VAL, 0.0};

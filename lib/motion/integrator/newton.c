@@ -446,6 +446,7 @@ static double error_ratio(const kt_integrator *it) {
 }
 
 void kt_newton_store_residual(kt_integrator *it, size_t stage, double bare) {
+    assert(!(bare < 0.0));
     kt_newton_work *w = kt_newton_of(it);
     const double quotient = w->iterations > 0 && w->bare[stage] > 0.0 ? bare / w->bare[stage] : 0.0;
     w->bare[stage] = bare;
@@ -483,6 +484,7 @@ static double count_iteration(kt_integrator *it, double size) {
 }
 
 kt_try_result kt_newton_test_convergence(kt_integrator *it, double size, bool *done, kt_try *result) {
+    assert(!(size < 0.0));
     kt_newton_work *w = kt_newton_of(it);
     const bool fixed = it->options.step > 0.0;
     const int most = fixed ? KT_NEWTON_ITERATIONS_FIXED : KT_NEWTON_ITERATIONS;

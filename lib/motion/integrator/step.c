@@ -8,6 +8,7 @@
 #include "base/where.h"
 #include "integrator/integrator.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -87,6 +88,7 @@ kt_try_result kt_try_check(kt_integrator *it, const kt_interval *in, kt_try *res
 }
 
 kt_try_result kt_try_judge(const kt_interval *in, double error, kt_try *result) {
+    assert(!(error < 0.0));
     result->error = error;
     if (error <= 1.0) /* false for an estimate that overflowed */
         return KT_TRY_PASSED;
@@ -417,6 +419,7 @@ size_t kt_integrator_blamed(const kt_integrator *it) { return it->blamed; }
 /* ---- a step in parts --------------------------------------------------------------------------------------------- */
 
 kt_status kt_attempt_begin(kt_integrator *it, double t_limit, kt_attempt *a, kt_error *error) {
+    assert(t_limit != it->memory.t);
     it->blamed = it->sizes.n;
     *a = (kt_attempt){.t_limit = t_limit, .plan = {.interval = {.t = it->memory.t, .y = it->y}}};
     kt_status status = it->tries_end > 0 ? count_try(it, error) : KT_OK;

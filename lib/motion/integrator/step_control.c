@@ -7,9 +7,11 @@
 #include "integrator/integrator.h"
 #include "integrator/lane_parts.h"
 
+#include <assert.h>
 #include <math.h>
 
 double kt_control_power(double x, double p) {
+    assert(x > 0.0);
     int exponent;
     double m = frexp(x, &exponent);
     if (m < KT_SQRT_HALF) {
@@ -58,6 +60,8 @@ static double first_guess(const kt_integrator *it, double h0, double d0, double 
 }
 
 double kt_control_initial(kt_integrator *it, double direction, double limit, kt_try *result) {
+    assert(direction == 1.0 || direction == -1.0);
+    assert(limit > 0.0);
     const size_t n = it->sizes.n;
     const double *f0 = it->k[0];
     const double d0 = kt_scaled_norm(it, it->y, NULL), d1 = kt_scaled_norm(it, f0, NULL);

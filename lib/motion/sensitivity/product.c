@@ -4,6 +4,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "sensitivity/sensitivity.h"
 
+#include <assert.h>
 #include <stddef.h>
 #include <string.h>
 
@@ -36,6 +37,8 @@ KT_INLINE void multiply(size_t n, size_t stride, size_t count, const kt_v8 *a, c
 
 void KT_KERNEL(kt_product)(size_t n, const double *a, const double *b, double *scratch, size_t columns, const double *x,
                            const double *z, double *y) {
+    assert((uintptr_t)scratch % _Alignof(kt_v8) == 0);
+    assert(x != y && z != y);
     const size_t stride = kt_padded(n);
     kt_v8 *tile = (kt_v8 *)(void *)scratch;
     for (size_t first = 0; first < n; first += KT_LANES) {
@@ -51,6 +54,7 @@ void KT_KERNEL(kt_product)(size_t n, const double *a, const double *b, double *s
 
 void KT_KERNEL(kt_sum)(double *out, const double *start, double h, const double *row, size_t count, const double *k,
                        size_t n) {
+    assert(n % KT_LANES == 0);
     for (size_t at = 0; at < n; at += KT_LANES) {
         kt_v8 sum, x;
         memcpy(&sum, start + at, sizeof sum);

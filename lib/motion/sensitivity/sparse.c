@@ -2,7 +2,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "sensitivity/sensitivity.h"
 
+#include <assert.h>
+
 void KT_KERNEL(kt_sparse_apply)(const kt_sparse *a, const kt_v8 *x, kt_v8 *y) {
+    assert(x != y);
     for (size_t j = 0; j < a->columns; j++) {
         const double *value = a->value + j * a->rows;
         const kt_v8 by = x[j];

@@ -10,6 +10,7 @@
 #include "integrator/integrator.h"
 #include "step/simulation_core.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -102,6 +103,7 @@ kt_status kt_simulation_find_energy(kt_simulation *simulation, const double *y, 
 
 kt_status kt_simulation_find_loss(kt_simulation *simulation, const double *v, const double *y, double *loss,
                                   kt_error *error) {
+    assert(v != simulation->a);
     double *d = simulation->a;
     for (size_t i = 0; i < simulation->size.nv; i++)
         d[i] = y[simulation->size.nq + i] - v[i];
@@ -133,6 +135,7 @@ void kt_simulation_add_jump(kt_simulation *simulation, double gain, double lost,
 
 kt_status kt_simulation_land(kt_simulation *simulation, const double *to, const kt_simulation_energy *before,
                              const kt_simulation_energy *after, kt_error *error) {
+    assert(to != simulation->state);
     const kt_status status = kt_integrator_jump(simulation->integrator, simulation->y, error);
     if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: a state at its own time, both finite */
         return status;   /* GCOVR_EXCL_LINE */

@@ -24,6 +24,7 @@
 #include "model/switching.h"
 #include "step/simulation_core.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -95,6 +96,7 @@ static int accelerate_state(kt_simulation *simulation, const kt_dynamic_state *g
 
 int kt_simulation_accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
                              const kt_wrench *external, double *a, kt_error *error) {
+    assert(isfinite(t) && a != y);
     const double *rate;
     simulation->cached = KT_CACHED_NOTHING;
     kt_simulation_use_states(simulation, y);
@@ -217,6 +219,7 @@ static kt_status project_by_caller(kt_simulation *simulation, double t, double *
 }
 
 kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed, kt_error *error) {
+    assert(isfinite(t));
     const bool balances = simulation->size.balanced > 0;
     *changed = false;
     if (simulation->closes_loops)

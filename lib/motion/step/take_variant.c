@@ -7,7 +7,10 @@
 #include "model/switching.h"
 #include "step/simulation_core.h"
 
+#include <assert.h>
+
 void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model) {
+    assert(model->n.q == simulation->size.nq && model->n.v == simulation->size.nv);
     kt_simulation_sizes *size = &simulation->size;
     kt_integrator *integrator = simulation->integrator;
     kt_data_rebind(model, simulation->data);
