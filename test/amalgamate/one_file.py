@@ -17,7 +17,8 @@ from claims import claim, finish, note, skip
 
 STEPS = 100
 FLAGS = ["-std=c17", "-O1", "-fno-math-errno", "-Wno-psabi", "-Wall", "-Wextra", "-Werror"]
-TEST_FLAGS = ["-std=c17", "-O1", "-D_POSIX_C_SOURCE=200809L", "-UNDEBUG", "-Iinclude", "-Ilib", "-Itest"]
+STOREYS = ("math", "model", "mechanics", "motion", "study", "files", "output")
+TEST_FLAGS = ["-std=c17", "-O1", "-D_POSIX_C_SOURCE=200809L", "-UNDEBUG", "-Iinclude", *(f"-Ilib/{storey}" for storey in STOREYS), "-Itest"]
 LAPACK = ["-llapacke", "-lopenblas"]
 MODES = {"plain": []}
 CPP_FLAGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
