@@ -443,6 +443,7 @@ bool kt_read_csv(kt_reader *r, const kt_scope *scope, kt_node *file, const kt_cs
     return read_csv(r, scope, file, &target, rows, count);
 }
 
+/* NOLINTNEXTLINE(readability-non-const-parameter): the reader of the header writes it */
 bool kt_read_csv_lookup(kt_reader *r, const kt_scope *scope, kt_node *file, const char *const names[3], int *inputs,
                         const double **rows, int *count) {
     const csv_target target = {.names = names, .inputs = inputs};

@@ -294,45 +294,56 @@ static kt_jet jet_of_many_pieces(kt_jet_meet *meet, void *user) {
     return any;
 }
 
-/* The pieces that the inputs may be in, and the decisions between them: x - x_k changes its sign where row k is met. */
+/* The pieces that the inputs may be in, MET_PIECES at most: the hull of their values. */
+enum { MET_PIECES = 16 };
+typedef struct met_pieces {
+    kt_jet z;
+    int count, undefined;
+    kt_jet_meet *meet;
+    void *user;
+} met_pieces;
+
+/* The decision at a row: x - x_k changes its sign there. Returns the first input behind the row. */
+static double pass_row(const met_pieces *met, const kt_jet *input, double row) {
+    const kt_jet at = jet_number(row), decision = jet_difference(input, &at);
+    if (met->meet != NULL)
+        met->meet(met->user, &decision);
+    return nextafter(row, HUGE_VAL);
+}
+
+/* Adds the pieces with the first input `at`, for all second inputs. Returns the last first input of the pieces. */
+static double add_pieces(met_pieces *met, const double *table, double at, const kt_jet *x, const kt_jet *y) {
+    double on = y->c[0].lo;
+    for (;;) {
+        const kt_lookup_piece p = kt_lookup_piece_at(table, at, on);
+        met->undefined += isnan(p.c[0]);
+        if (++met->count > MET_PIECES)
+            return HUGE_VAL;
+        if (!isnan(p.c[0])) {
+            const kt_jet here = jet_of_piece(&p, x, y);
+            met->z = met->count - met->undefined == 1 ? here : jet_hull(&met->z, &here);
+        }
+        if (p.inputs == 1 || p.high[1] >= y->c[0].hi)
+            return p.high[0];
+        on = pass_row(met, y, p.high[1]);
+    }
+}
+
 static kt_jet jet_lookup(const kt_expression_term *term, const kt_jet *x, const kt_jet *y, kt_jet_meet *meet,
                          void *user) {
-    enum { PIECES = 16 };
     const double *table = kt_lookup_of(term);
-    kt_jet z = jet_number(0.0);
-    int count = 0, undefined = 0;
+    met_pieces met = {.z = jet_number(0.0), .meet = meet, .user = user};
     if (table == NULL || !isfinite(x->c[0].lo + x->c[0].hi + y->c[0].lo + y->c[0].hi))
         return jet_of_many_pieces(meet, user);
-    for (double at = x->c[0].lo, next = at; next <= x->c[0].hi; at = next) {
-        kt_lookup_piece p = {.inputs = 1};
-        for (double on = y->c[0].lo, to = on; to <= y->c[0].hi; on = to) {
-            p = kt_lookup_piece_at(table, at, on);
-            if (++count > PIECES)
-                return jet_of_many_pieces(meet, user);
-            if (isnan(p.c[0])) {
-                undefined++;
-            } else {
-                const kt_jet here = jet_of_piece(&p, x, y);
-                z = count - undefined == 1 ? here : jet_hull(&z, &here);
-            }
-            if (p.inputs == 1 || p.high[1] >= y->c[0].hi)
-                break;
-            to = nextafter(p.high[1], HUGE_VAL);
-            if (meet != NULL) {
-                const kt_jet row = jet_number(p.high[1]), decision = jet_difference(y, &row);
-                meet(user, &decision);
-            }
-        }
-        if (p.high[0] >= x->c[0].hi)
-            break;
-        next = nextafter(p.high[0], HUGE_VAL);
-        if (meet != NULL) {
-            const kt_jet row = jet_number(p.high[0]), decision = jet_difference(x, &row);
-            meet(user, &decision);
-        }
-    }
-    z.defined = undefined == 0 ? KT_DEFINED : undefined == count ? KT_DEFINED_NOWHERE : KT_DEFINED_IN_PART;
-    return z;
+    double high = add_pieces(&met, table, x->c[0].lo, x, y);
+    while (high < x->c[0].hi)
+        high = add_pieces(&met, table, pass_row(&met, x, high), x, y);
+    if (met.count > MET_PIECES)
+        return jet_of_many_pieces(meet, user);
+    met.z.defined = met.undefined == 0           ? KT_DEFINED
+                    : met.undefined == met.count ? KT_DEFINED_NOWHERE
+                                                 : KT_DEFINED_IN_PART;
+    return met.z;
 }
 
 /* z = f(x, y), with its definedness. */
