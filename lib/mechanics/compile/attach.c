@@ -13,6 +13,7 @@
 #include "effect/effect.h"
 #include "effect/path.h"
 #include "evaluate/load_friction.h"
+#include "expression/lookup.h"
 #include "joint/joint.h"
 #include "loop/loop.h"
 
