@@ -236,6 +236,8 @@ def test_a_plot_has_the_columns_that_match(scenes):
     assert np.array_equal(axes.get_lines()[1].get_ydata(), list(run.matching("position.*").values())[1])
     with pytest.raises(KeyError, match="no column matches"):
         run.plot("positon.*")
+    with pytest.raises(KeyError, match="did you mean 'position.upper'"):
+        run.plot("position.uper")
 
 
 def test_a_plot_has_the_panels_and_colours_of_the_command(scenes, tmp_path):

@@ -156,7 +156,7 @@ class Run(Table):
         """
         shown = [name for name in self if any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns or ("position.*",))]
         if not shown:
-            raise KeyError(f"no column matches {', '.join(patterns or ('position.*',))}; there are {', '.join(self.names[:8])}")
+            raise KeyError(f"no column matches {', '.join(patterns or ('position.*',))}{hint((patterns or ('',))[0], self.names)}")
         panels: Dict[str, List[str]] = {}
         for name in shown:
             panels.setdefault(self._quantity(name), []).append(name)
