@@ -2,13 +2,15 @@
  * step, so that its slopes at the ends of steps serve no other purpose. A twin has another event that is never far,
  * whose search needs all slopes: the two have the same events and the same motion, to the last bit. */
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "parsed.h"
 #include "random.h"
 #include "scenes.h"
 
 #include <math.h>
 #include <setjmp.h>
+#include <stdio.h>
 
-enum { STEPS = 1000, EVENTS_MOST = 400 };
+enum { STEPS = 1000, EVENTS_MOST = 400, SETTLING = 10 };
 
 /* The event of a pendulum, its twin's, and their times. */
 typedef struct watch {
@@ -125,6 +127,51 @@ KT_TEST(step_far_from_a_contact_evaluates_its_stages_only) {
                            (int64_t)method[m].stages * STEPS);
     }
     kt_model_free(model);
+}
+
+/* A box rests on four feet that stick, while the force on it changes with every step. The reactions
+ * of closed contacts are far from zero, too. */
+static int64_t evaluations_of_box(const char *name, double friction, double *moved) {
+    kt_parsed m;
+    kt_error error = {0};
+    char text[2048];
+    size_t used = (size_t)snprintf(
+        text, sizeof text,
+        "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n  - name: box\n    mass: 2\n    inertia: [0.02, 0.05, 0.06]\n"
+        "    joint: {type: free, position: {position: [0, 0, 0.1]}}\n    markers: {a: [0.2, 0.1, -0.1], b: [0.2, -0.1, "
+        "-0.1], c: [-0.2, 0.1, -0.1], d: [-0.2, -0.1, -0.1]}\neffects:\n");
+    for (int i = 0; i < 4; i++)
+        used += (size_t)snprintf(text + used, sizeof text - used,
+                                 "  - {name: f%d, type: contact, point: box.%c, radius: 0, plane: world, axis: z, "
+                                 "restitution: 0, friction: %g}\n",
+                                 i, 'a' + i, friction);
+    kt_parsed_make(&m, text);
+    kt_run r = kt_run_fixed(name, 1e-3, 10.0);
+    const kt_simulation_options options = kt_simulation_options_default();
+    kt_simulation *simulation = kt_test_simulation(m.model, &r, &options);
+    kt_wrench wrench[2] = {{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}};
+    uint64_t first = 0;
+    for (int i = 0; i < SETTLING + STEPS; i++) {
+        wrench[1].force = kt_vec3_make(3.0 + sin((double)i), cos(2.0 * i), sin(3.0 * i));
+        kt_need_fine("takes a wrench", kt_simulation_set_wrenches(simulation, wrench, &error), &error);
+        kt_need_fine("steps", kt_simulation_tick(simulation, r.step, &error), &error);
+        if (i + 1 == SETTLING) /* the feet have closed, and slip */
+            first = kt_simulation_counts_of(simulation).evaluations;
+    }
+    *moved = kt_simulation_positions(simulation)[0];
+    return (int64_t)(kt_simulation_counts_of(simulation).evaluations - first);
+}
+
+KT_TEST(step_on_closed_contacts_evaluates_its_stages_only) {
+    for (int m = 0; m < METHODS; m++) {
+        double rests, slides;
+        kt_check_equal_int("evaluations of a box that rests", evaluations_of_box(method[m].name, 0.8, &rests),
+                           (int64_t)method[m].stages * STEPS);
+        kt_check_equal_int("evaluations of a box that slides", evaluations_of_box(method[m].name, 0.05, &slides),
+                           (int64_t)method[m].stages * STEPS);
+        kt_check_near("rests, m", rests, 0.0, 1e-9);
+        kt_check_above("slides, m", slides, 0.1);
+    }
 }
 
 KT_TEST(skipped_searches_move_no_event) {
