@@ -1,9 +1,13 @@
 /* Robots on hard contacts under control: how many runs end with an error, and why.
  *
- * Each robot stands, drops from 1 cm, or walks in place: its legs lift in turns. The controller holds the joints at
+ * Each robot stands, drops from 1 cm, walks in place (its legs lift in turns), or is pushed while it stands: each 50 ms
+ * another random wrench acts on its trunk, up to its weight, and up to the moment of its weight at 10 cm. The
+ * controller holds the joints at
  * their targets by tau = k (target - q) - d v, once in a period of 1 ms. The grid takes all methods with fixed steps of
  * 1 ms and those with adaptive steps, friction of 0.3 to 1.2, and restitutions of 0 to 0.8. A line of the table has one
- * robot, one task and one method. A tick's cost is its number of evaluations.
+ * robot, one task and one method. A tick's cost is its number of evaluations. With fixed steps, step_evaluations bounds
+ * this cost (--bound); the column `completed` counts the ticks that a time step has completed. The standing tick is the
+ * worst one behind the first 0.2 s, in which a robot that stands comes to rest.
  *
  * The stiffness k of all controllers may be multiplied by a factor: feet of soft legs slip more. */
 /* SPDX-License-Identifier: Apache-2.0 */
@@ -16,9 +20,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { NQ = 64, TASKS = 3, FIRST_JOINT = 6 };
+enum { NQ = 64, BODIES = 64, TASKS = 4, FIRST_JOINT = 6 };
 
-static const double period = 1e-3;
+static const double period = 1e-3, settling = 0.2, pushing = 0.05, weight_arm = 0.1;
 /* A run fails with more tries of steps: 100 in a tick on average. */
 static const double tries_most = 100.0 / 1e-3;
 
@@ -30,8 +34,8 @@ static const struct robot {
 } robots[] = {{"quadruped", kt_mechanism_quadruped, 120.0, 3.0, 0.01, 0.3},
               {"biped", kt_mechanism_biped, 800.0, 20.0, 0.05, 0.2},
               {"humanoid", kt_mechanism_humanoid, 800.0, 20.0, 0.05, 0.2}};
-static const char *const task_names[TASKS] = {"stands", "drops", "walks"};
-enum { STAND, DROP, WALK };
+static const char *const task_names[TASKS] = {"stands", "drops", "walks", "pushed"};
+enum { STAND, DROP, WALK, PUSH };
 
 static const struct way {
     const char *name;
@@ -52,10 +56,12 @@ typedef struct cell {
     int robot, task, way;
     double friction, restitution;
     double stiffness; /* a factor */
+    uint64_t bound;   /* evaluations of a fixed step; 0: none */
+    uint64_t seed;    /* of the pushes */
 } cell;
 
-static cell cell_of(int index, double stiffness) {
-    cell c = {.stiffness = stiffness};
+static cell cell_of(int index, double stiffness, uint64_t bound) {
+    cell c = {.stiffness = stiffness, .bound = bound, .seed = UINT64_C(0x9e3779b97f4a7c15) * (uint64_t)(index + 1)};
     c.restitution = restitutions[index % RESTITUTIONS];
     c.friction = frictions[index / RESTITUTIONS % FRICTIONS];
     index /= RESTITUTIONS * FRICTIONS;
@@ -69,7 +75,8 @@ static cell cell_of(int index, double stiffness) {
 typedef struct outcome {
     kt_error error; /* code KT_OK: it came to its end */
     double time;
-    uint64_t worst, evaluations, impacts; /* worst: evaluations of a tick */
+    uint64_t worst, standing, evaluations; /* worst: evaluations of a tick; standing: behind `settling` */
+    uint64_t impacts, completed;
 } outcome;
 
 static kt_status build(const cell *c, kt_model **model, kt_contact_mechanism *m, kt_error *error) {
@@ -95,6 +102,28 @@ static double clearance(const kt_model *model, kt_data *data, const kt_contact_m
         least = fmin(least, kt_point_position(model, data, kt_body_find(model, item->body), item->at).z - item->radius);
     }
     return least;
+}
+
+/* A random number from -1 to 1. Source: xorshift64* (Vigna 2016). */
+static double draw(uint64_t *seed) {
+    *seed ^= *seed >> 12;
+    *seed ^= *seed << 25;
+    *seed ^= *seed >> 27;
+    return 2.0 * (double)((*seed * UINT64_C(2685821657736338717)) >> 11) / 9007199254740992.0 - 1.0;
+}
+
+/* Pushes the trunk with another random wrench. */
+static kt_status push(cell *c, const kt_model *model, kt_simulation *simulation, kt_error *error) {
+    kt_wrench wrench[BODIES];
+    double weight = 0.0;
+    memset(wrench, 0, sizeof wrench);
+    for (int body = 1; body < kt_model_body_count(model); body++)
+        weight += 9.81 * kt_body_mass(model, body);
+    double *to[] = {&wrench[1].force.x,  &wrench[1].force.y,  &wrench[1].force.z,
+                    &wrench[1].moment.x, &wrench[1].moment.y, &wrench[1].moment.z};
+    for (int i = 0; i < 6; i++)
+        *to[i] = draw(&c->seed) * weight * (i < 3 ? 1.0 : weight_arm);
+    return kt_simulation_set_wrenches(simulation, wrench, error);
 }
 
 /* The targets at time t: while a leg is lifted its hip and knee bend. */
@@ -132,12 +161,23 @@ static kt_status begin(const cell *c, const kt_model *model, const kt_contact_me
     run.relative = run.absolute = 1e-6;
     run.duration = 1e3;
     options.max_steps = (uint64_t)(tries_most * duration);
+    options.step_evaluations = ways[c->way].fixed ? c->bound : 0;
     status = kt_simulation_create(model, &run, &options, simulation, error);
     return status == KT_OK ? kt_simulation_set_state(*simulation, 0.0, rest, v, error) : status;
 }
 
-static outcome run_cell(const cell *c, double duration) {
+/* Adds the cost of a tick. */
+static void count_tick(const kt_simulation *simulation, outcome *o) {
+    const uint64_t now = kt_simulation_counts_of(simulation).evaluations, cost = now - o->evaluations;
+    o->worst = cost > o->worst ? cost : o->worst;
+    o->standing = o->time > settling && cost > o->standing ? cost : o->standing;
+    o->evaluations = now;
+    o->time = kt_simulation_time(simulation);
+}
+
+static outcome run_cell(cell *c, double duration) {
     static kt_contact_mechanism m;
+    const long every = lround(pushing / period);
     outcome o = {.time = 0.0};
     kt_model *model = NULL;
     kt_simulation *simulation = NULL;
@@ -145,18 +185,19 @@ static outcome run_cell(const cell *c, double duration) {
     kt_status status = build(c, &model, &m, &o.error);
     if (status == KT_OK)
         status = begin(c, model, &m, rest, duration, &simulation, &o.error);
-    while (status == KT_OK && o.time < duration - 0.5 * period) {
+    for (long k = 0; status == KT_OK && o.time < duration - 0.5 * period; k++) {
+        if (c->task == PUSH && k % every == 0)
+            status = push(c, model, simulation, &o.error);
         control(c, &m, rest, o.time, kt_simulation_positions(simulation), kt_simulation_velocities(simulation), tau);
-        status = kt_simulation_set_torque(simulation, tau, &o.error);
+        if (status == KT_OK)
+            status = kt_simulation_set_torque(simulation, tau, &o.error);
         if (status == KT_OK)
             status = kt_simulation_tick(simulation, period, &o.error);
-        const uint64_t now = kt_simulation_counts_of(simulation).evaluations;
-        o.worst = now - o.evaluations > o.worst ? now - o.evaluations : o.worst;
-        o.evaluations = now;
-        o.time = kt_simulation_time(simulation);
+        count_tick(simulation, &o);
     }
     o.error.code = status;
-    o.impacts = simulation ? kt_simulation_contacts(simulation).impacts : 0;
+    o.impacts = kt_simulation_contacts(simulation).impacts;
+    o.completed = kt_simulation_contacts(simulation).completed;
     kt_simulation_free(simulation);
     kt_model_free(model);
     return o;
@@ -165,8 +206,9 @@ static outcome run_cell(const cell *c, double duration) {
 /* The sums of a line of the table. */
 typedef struct line {
     int runs, failed;
-    uint64_t worst, evaluations, impacts;
+    uint64_t worst, standing, evaluations, impacts, completed;
     double time;
+    cell of; /* the cell with the worst tick with fixed steps, of all */
 } line;
 
 /* The cells that run: every stride-th one, from the cell `offset` on, with `only` in their names. */
@@ -175,21 +217,25 @@ typedef struct choice {
     int stride, offset;
     const char *only;
     double most;      /* evaluations of a tick */
+    uint64_t bound;   /* evaluations of a fixed step; 0: none */
     double stiffness; /* a factor */
 } choice;
 
 static void print_line(const cell *c, const line *l) {
-    printf("%10s %7s %7s %-8s |%5d%7d%11.0f%10.1f%10.2f\n", robots[c->robot].name, task_names[c->task],
+    printf("%10s %7s %7s %-8s |%5d%7d%11.0f%10.0f%10.1f%10.2f%10.0f\n", robots[c->robot].name, task_names[c->task],
            ways[c->way].name, ways[c->way].fixed ? "1 ms" : "adaptive", l->runs, l->failed, (double)l->worst,
-           (double)l->evaluations * period / l->time, (double)l->impacts / l->time);
+           (double)l->standing, (double)l->evaluations * period / l->time, (double)l->impacts / l->time,
+           (double)l->completed);
     (void)fflush(stdout);
 }
 
-static void add_run(const cell *c, double duration, line *l) {
+static void add_run(cell *c, double duration, line *l) {
     const outcome o = run_cell(c, duration);
     l->runs++;
     l->failed += o.error.code != KT_OK;
     l->worst = o.worst > l->worst ? o.worst : l->worst;
+    l->standing = o.standing > l->standing ? o.standing : l->standing;
+    l->completed += o.completed;
     l->evaluations += o.evaluations;
     l->impacts += o.impacts;
     l->time += o.time;
@@ -202,9 +248,11 @@ static void add_run(const cell *c, double duration, line *l) {
 static int run_grid(const choice *what) {
     int expensive = 0;
     line l = {0}, all = {0};
-    printf("%34s |%5s%7s%11s%10s%10s\n", "", "runs", "failed", "worst tick", "mean tick", "impacts/s");
+    printf("%34s |%5s%7s%11s%10s%10s%10s%10s\n", "", "runs", "failed", "worst tick", "standing", "mean tick",
+           "impacts/s", "completed");
     for (int i = 0; i < CELLS; i++) {
-        const cell c = cell_of(i, what->stiffness), next = cell_of(i + 1 < CELLS ? i + 1 : 0, what->stiffness);
+        cell c = cell_of(i, what->stiffness, what->bound);
+        const cell next = cell_of(i + 1 < CELLS ? i + 1 : 0, what->stiffness, what->bound);
         char name[64];
         (void)snprintf(name, sizeof name, "%s %s %s %s", robots[c.robot].name, task_names[c.task], ways[c.way].name,
                        ways[c.way].fixed ? "fixed" : "adaptive");
@@ -213,19 +261,23 @@ static int run_grid(const choice *what) {
         if (l.runs == 0 || (c.way == next.way && c.task == next.task && c.robot == next.robot))
             continue;
         print_line(&c, &l);
+        if (ways[c.way].fixed && l.worst > all.worst)
+            all = (line){.runs = all.runs, .failed = all.failed, .worst = l.worst, .of = c};
         all.runs += l.runs;
         all.failed += l.failed;
         expensive += (double)l.worst > what->most;
         l = (line){0};
     }
     printf("%d runs of %g s, %d failed\n", all.runs, what->duration, all.failed);
+    printf("the worst tick with fixed steps takes %.0f evaluations: %s %s %s\n", (double)all.worst,
+           robots[all.of.robot].name, task_names[all.of.task], ways[all.of.way].name);
     if (expensive > 0)
         printf("%d lines have a tick of more than %.0f evaluations\n", expensive, what->most);
     return all.failed + expensive;
 }
 
 int main(int argc, char **argv) {
-    choice what = {.duration = 10.0, .stride = 1, .most = HUGE_VAL, .stiffness = 1.0};
+    choice what = {.duration = 10.0, .stride = 1, .most = HUGE_VAL, .stiffness = 1.0, .bound = 300};
     for (int i = 1; i < argc; i++) {
         const char *value = i + 1 < argc ? argv[i + 1] : NULL;
         if (value != NULL && strcmp(argv[i], "--duration") == 0)
@@ -238,6 +290,8 @@ int main(int argc, char **argv) {
             what.only = argv[++i];
         else if (value != NULL && strcmp(argv[i], "--most") == 0)
             what.most = strtod(argv[++i], NULL);
+        else if (value != NULL && strcmp(argv[i], "--bound") == 0)
+            what.bound = strtoull(argv[++i], NULL, 10);
         else if (value != NULL && strcmp(argv[i], "--stiffness") == 0)
             what.stiffness = strtod(argv[++i], NULL);
         else
@@ -247,9 +301,10 @@ int main(int argc, char **argv) {
         !(what.stiffness > 0.0)) {
         (void)fprintf(stderr,
                       "usage: bench-control [--duration S] [--stride N] [--offset M] [--only WORDS] [--most E] "
-                      "[--stiffness F]\n"
+                      "[--stiffness F] [--bound N]\n"
                       "Runs every N-th cell of the grid for S seconds, from the cell M < N on. WORDS: a part of "
-                      "a line's name. F: the factor of the controllers' stiffness.\nReturns 1 if a run fails, or if a "
+                      "a line's name. F: the factor of the controllers' stiffness. N: evaluations of a fixed step; 0: "
+                      "no bound; default 300.\nReturns 1 if a run fails, or if a "
                       "tick takes more than E evaluations.\n");
         return 2;
     }

@@ -106,6 +106,12 @@ typedef struct kt_simulation_options {
                                 kt_simulation_advance or kt_simulation_tick may take, so that the time of a tick has a
                                 bound; 0: no limit. If a call needs more steps, it fails with KT_ERROR_STEP and names
                                 the event or contact at which the steps were repeated. The next call goes on */
+    uint64_t step_evaluations; /* the number of evaluations of the accelerations that a fixed step (kt_run.step) on hard
+                                  contacts may take, all its parts together; 0: no limit. If a step would take more,
+                                  one time step of contact: steps completes it, with an error of the first order, and
+                                  kt_contact_counts.completed counts it. For steps that kt_simulation_step,
+                                  kt_simulation_advance and kt_simulation_tick take, with contact: events. At least
+                                  5 more than the stages of the method; 69 for an implicit method */
 } kt_simulation_options;
 
 /* Limits of kt_simulation_options.event_evaluations. */
@@ -450,6 +456,7 @@ typedef struct kt_contact_counts {
     double undecided_time;        /* s, of the first instant that `undecided` counts; 0: none */
     double dropped;     /* m/s or rad/s: 100,000 impacts at one instant did not lose this speed, which contacts
                                      then removed; 0: none */
+    uint64_t completed; /* fixed steps that a time step completed (kt_simulation_options.step_evaluations) */
     int undecided_loop; /* one of its contacts: its loop in the simulation's model (kt_loop_name) */
 } kt_contact_counts;
 

@@ -35,6 +35,9 @@ class Simulation(Clock, Events, Fixed):  # type: ignore[misc]
         Fixed step, s.
     duration, integrator, tolerance, sensors
         As `Scene.simulation`.
+    step_evaluations : int
+        The most evaluations of a fixed step on hard contacts: a time step completes a step that would take more, and `counts` has
+        the number of such steps as ``completed``. Default: no limit.
 
     Attributes
     ----------
@@ -50,7 +53,8 @@ class Simulation(Clock, Events, Fixed):  # type: ignore[misc]
     _assignable = ("torque",)
 
     def __init__(self, model: Model, *, step: Optional[float] = None, duration: Optional[float] = None,
-                 integrator: Optional[str] = None, tolerance: Optional[float] = None, sensors: Sequence[str] = ()) -> None:
+                 integrator: Optional[str] = None, tolerance: Optional[float] = None, sensors: Sequence[str] = (),
+                 step_evaluations: int = 0) -> None:
         if not isinstance(model, Model):
             raise mistyped("model", "a kinetree.Model", model)
         scene = model.scene._scene
@@ -58,7 +62,8 @@ class Simulation(Clock, Events, Fixed):  # type: ignore[misc]
         if self._sets and not isinstance(model, ModelCopy):
             model = model.copy()  # events of the scene set its parameters
         self.model = model
-        self._how: Json = {"step": step, "duration": duration, "integrator": integrator, "tolerance": tolerance, "sensors": sensors}
+        self._how: Json = {"step": step, "duration": duration, "integrator": integrator, "tolerance": tolerance, "sensors": sensors,
+                           "step_evaluations": step_evaluations}
         self._calls, self._guard = callbacks.Calls(), Guard()
         self._keep: List[Any] = []
         self._events: List[Event] = []
@@ -66,6 +71,9 @@ class Simulation(Clock, Events, Fixed):  # type: ignore[misc]
         run, options = self._run(), ffi.new("kt_simulation_options *", lib.kt_simulation_options_default())
         options.events = lib.kt_scene_event_room(scene) + ROOM
         options.contact = scene.contact
+        if isinstance(step_evaluations, bool) or not isinstance(step_evaluations, (int, np.integer)) or not 0 <= step_evaluations < 1 << 63:
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "step_evaluations", f"expected an integer from 0, got {step_evaluations!r}")
+        options.step_evaluations = int(step_evaluations)
         self._sensed = lib.kt_run_record(run, model._pointer) | sensor_bits(sensors)
         options.record = self._sensed | (0 if model.effects else lib.KT_RECORD_ENERGY)  # for the watch
         size = lib.kt_simulation_size(model._pointer, run, options)
@@ -531,9 +539,10 @@ class Simulation(Clock, Events, Fixed):  # type: ignore[misc]
 
     @property
     def counts(self) -> Dict[str, int]:
-        """Steps, evaluations, factorisations and others since the start."""
+        """Steps, evaluations, factorisations and others since the start; ``completed``: fixed steps that a time step completed."""
         found = lib.kt_simulation_counts_of(self._simulation)
-        return {name: int(getattr(found, name)) for name in ("steps", "rejected", "evaluations", "factorizations", "jacobians", "switches", "capped")}
+        names = "steps", "rejected", "evaluations", "factorizations", "jacobians", "switches", "capped"
+        return {**{name: int(getattr(found, name)) for name in names}, "completed": int(lib.kt_simulation_contacts(self._simulation).completed)}
 
     @property
     def pointer(self) -> Any:

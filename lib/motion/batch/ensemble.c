@@ -334,7 +334,7 @@ static void renew_numbers(kt_ensemble *e, kt_ensemble_lane *l) {
 
 static kt_status begin_attempt(kt_ensemble_lane *l, kt_error *from) {
     kt_simulation *s = l->member.simulation;
-    kt_phase_prepare(s);
+    kt_phase_prepare(s, &l->progress);
     return kt_attempt_begin(s->integrator, l->progress.t_limit, &l->attempt, from);
 }
 

@@ -153,6 +153,7 @@ struct kt_contacts {
     kt_coulomb_solver *solver;
     double *M, *lemke;      /* in `matrices`: of a linear complementarity problem, and of its solver */
     bool rubs;              /* some contacts have friction */
+    double bounded_end;     /* s, the end of the present step before contacts shorten it (bounded_step.c) */
     double window;          /* s, in which impacts accumulate; 0: they do not */
     bool rests;             /* impacts that accumulate have reached their limit: contacts that touch come to rest */
     bool jams;              /* friction wedges a contact that slips: an impulse stops it */
@@ -552,7 +553,16 @@ void kt_contacts_close_grazing(kt_simulation *simulation, const double *W, const
 uint64_t kt_contacts_find_held(const kt_simulation *simulation);
 
 /* The parts of hard contacts. */
-extern const kt_part kt_slip_part, kt_contact_part, kt_moreau_part, kt_retry_part;
+/* No gap may be deeper than this part of the mechanism's length, or of 1 rad. */
+static const double kt_contact_deep = 1e-6;
+
+/* Resolves contacts behind a time step. Contacts that were closed in it touch, and do not bounce. */
+KT_CHECKED kt_status kt_contacts_follow_time_step(kt_simulation *simulation, kt_error *error);
+
+/* The least bound of the evaluations of a fixed step (bounded_step.c). */
+uint64_t kt_step_evaluations_least(const kt_method *method);
+
+extern const kt_part kt_slip_part, kt_contact_part, kt_moreau_part, kt_retry_part, kt_bounded_step_part;
 
 /* Lists the hard contacts and adds their events before all others (contact_part.c). Requires the model, data and memory
  * of the simulation. */

@@ -100,6 +100,24 @@ static int act_on_contacts(kt_simulation *simulation, const kt_occurrence *what,
     return status == KT_OK ? 0 : -1;
 }
 
+kt_status kt_contacts_follow_time_step(kt_simulation *simulation, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const double t = kt_integrator_time(simulation->integrator), *y = kt_integrator_state(simulation->integrator);
+    kt_status status =
+        kt_contacts_find_equations(c, simulation->model, t, y, y + simulation->size.nq, false, error);
+    for (int k = 0; status == KT_OK && k < c->sides; k++) {
+        c->item[k].meets = simulation->contact_state[k].closed != 0;
+        if (c->item[k].meets && !(c->gap[k] <= kt_contact_deep * fmax(1.0, c->all->length)))
+            status = kt_error_set(error, KT_ERROR_CONSTRAINT, "contact", "a time step has not closed it yet");
+    }
+    c->rests = c->stops = true;
+    if (status == KT_OK)
+        status = kt_phase_settle(simulation, error);
+    clear_due_contacts(c);
+    c->rests = c->stops = false;
+    return status;
+}
+
 static void open_all(kt_simulation *simulation) {
     const uint64_t set = (simulation->model->set & ~simulation->contact_mask) |
                          (simulation->memory.released & simulation->contact_friction);
@@ -461,9 +479,9 @@ const kt_part kt_contact_part = {.is_active = has_contacts,
                                  .check_record = kt_contacts_check_record};
 
 kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
-    const bool steps = simulation->steps_over_contacts;
+    const bool steps = simulation->steps_over_contacts, leaps = steps || simulation->options.step_evaluations > 0;
     kt_status status =
-        steps ? kt_load_reject(simulation->model, "contacts", "time stepping does not support this", error) : KT_OK;
+        leaps ? kt_load_reject(simulation->model, "contacts", "time stepping does not support this", error) : KT_OK;
     if (status == KT_OK)
         status = kt_contacts_lay_out(simulation, error);
     if (status != KT_OK)
@@ -482,7 +500,7 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     simulation->contact_mask = c->mask;
     simulation->contact_margin = 2.0 * kt_contact_touching * c->all->length;
     simulation->events.source = &contact_source;
-    if (status == KT_OK && steps)
+    if (status == KT_OK && leaps)
         kt_moreau_init(simulation);
     if (steps && simulation->step > 0.0) /* records only: a motion takes some hundred steps */
         simulation->slow_slip = kt_slip_slow * c->all->length / (300.0 * simulation->step);

@@ -107,7 +107,7 @@ void kt_moreau_init(kt_simulation *simulation) {
     m->cone = s.cone > 0 ? kt_cone_init(items, items, m->cone_memory, m->cone_memory + kt_cone_size(items, items))
                          : simulation->contacts->solver->cone;
     simulation->moreau = m;
-    simulation->integrator->leap = &kt_moreau_leap;
+    simulation->integrator->leap = simulation->steps_over_contacts ? &kt_moreau_leap : NULL;
 }
 
 /* ---- parts of a step --------------------------------------------------------------------------------------------- */
@@ -350,6 +350,11 @@ static void take_open_model(kt_simulation *simulation) {
         kt_simulation_take_model(simulation, kt_contacts_open_model(simulation, set));
     kt_contacts_renew_model(simulation);
     simulation->memory.set = set;
+}
+
+void kt_moreau_open(kt_simulation *simulation) {
+    take_open_model(simulation);
+    kt_simulation_take_model(simulation, simulation->model);
 }
 
 static void begin_anew(kt_simulation *simulation) {

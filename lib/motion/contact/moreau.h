@@ -83,6 +83,9 @@ size_t kt_moreau_size(const kt_model *model, size_t n);
 /* Prepares a simulation whose contacts are laid out (kt_contacts_init). */
 void kt_moreau_init(kt_simulation *simulation);
 
+/* Opens all contacts of a simulation, and takes the callbacks of the integrator for time steps. */
+void kt_moreau_open(kt_simulation *simulation);
+
 /* The steps of the integrator. */
 extern const struct kt_leap kt_moreau_leap;
 

@@ -9,9 +9,6 @@
 
 #include <math.h>
 
-/* No gap may be deeper than this part of the mechanism's length, or of 1 rad. */
-static const double deep = 1e-6;
-
 void kt_contacts_list_rows(kt_simulation *simulation) {
     struct kt_contacts *c = simulation->contacts;
     const double most = kt_contact_touching * c->all->length;
@@ -45,7 +42,7 @@ kt_status kt_contacts_find_touching(kt_simulation *simulation, double t, kt_erro
     for (int k = 0; k < c->sides; k++) {
         if (kt_contact_is_released(&c->item[k]))
             continue;
-        simulation->memory.beyond = c->gap[k] < -deep * scale;
+        simulation->memory.beyond = c->gap[k] < -kt_contact_deep * scale;
         if (simulation->memory.beyond) {
             return kt_error_set(error, KT_ERROR_CONSTRAINT,
                                 kt_where_at("contact", kt_loop_name(c->all, c->item[k].loop), t).text,

@@ -70,7 +70,8 @@ kt_status kt_event_evaluate(kt_simulation *simulation, size_t k, double t, const
 
 bool kt_event_is_watched(const kt_simulation *simulation, size_t k) {
     const uint64_t limit = simulation->events.list[k].limit;
-    return !simulation->event_memory[k].off && (limit == 0 || simulation->event_memory[k].count < limit);
+    const bool is_stepped = simulation->steps_over_contacts && k < kt_simulation_contact_events(simulation);
+    return !is_stepped && !simulation->event_memory[k].off && (limit == 0 || simulation->event_memory[k].count < limit);
 }
 
 kt_status kt_event_evaluate_all(kt_simulation *simulation, double t, const double *y, double *values, kt_error *error) {

@@ -305,7 +305,9 @@ static kt_status reject_leap(kt_simulation *simulation, kt_step_progress *progre
     return KT_OK;
 }
 
-static void prepare_gaps(kt_simulation *simulation) {
+/* NOLINTNEXTLINE(readability-non-const-parameter): a hook of the phase `prepare` */
+static void prepare_gaps(kt_simulation *simulation, kt_step_progress *progress) {
+    (void)progress;
     if (simulation->gaps->time != simulation->integrator->memory.t)
         begin_gaps(simulation);
 }

@@ -61,6 +61,36 @@ static kt_status check_simulation_options(const kt_simulation_options *options, 
     return kt_record_check(options->record, error);
 }
 
+/* Whether contacts are resolved by time steps, always or to bound a step. */
+static bool takes_time_steps(const kt_simulation_options *options) {
+    return options->contact == KT_CONTACT_STEPS || options->step_evaluations > 0;
+}
+
+/* Rejects Poisson's rule, which time steps do not support. */
+static kt_status reject_poisson(const kt_model *model, kt_error *error) {
+    for (size_t i = 0; i < model->n.loop; i++)
+        if (model->loop[i].poisson)
+            return kt_error_set(error, KT_ERROR_UNSUPPORTED, "contact",
+                                "'%.60s' follows Poisson's rule, and time stepping Newton's; leave `poisson` out, or "
+                                "take contact: events without step_evaluations",
+                                kt_loop_name(model, (int)i));
+    return KT_OK;
+}
+
+/* Checks the bound of the evaluations of a fixed step. */
+static kt_status check_step_evaluations(const kt_model *model, const kt_simulation_request *settings, kt_error *error) {
+    const uint64_t given = settings->options.step_evaluations, least = kt_step_evaluations_least(settings->method);
+    if (given == 0)
+        return KT_OK;
+    if (given < least)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "step_evaluations", "%.0f: must be 0, or %.0f or more with %s",
+                            (double)given, (double)least, settings->method->name);
+    if (!(settings->run.step > 0.0) || settings->options.contact != KT_CONTACT_EVENTS)
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "step_evaluations",
+                            "it bounds fixed steps with contact: events; give a step, or leave it out");
+    return reject_poisson(model, error);
+}
+
 /* Rejects options that time stepping over contacts does not support. */
 static kt_status check_time_stepping_options(const kt_model *model, const kt_simulation_request *settings,
                                              kt_error *error) {
@@ -80,17 +110,9 @@ static kt_status check_time_stepping_options(const kt_model *model, const kt_sim
     if (!(settings->run.step > 0.0))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step",
                             "time stepping (contact: steps) has a fixed step; give it");
-    bool any = false;
-    for (size_t i = 0; i < model->n.loop; i++) {
-        const kt_loop_record *loop = &model->loop[i];
-        any = any || loop->side != KT_SIDE_NONE || loop->friction > 0;
-        if (loop->poisson)
-            return kt_error_set(error, KT_ERROR_UNSUPPORTED, "contact",
-                                "'%.60s' follows Poisson's rule, and time stepping Newton's; leave `poisson` out, or "
-                                "take contact: events",
-                                kt_loop_name(model, (int)i));
-    }
-    return any ? KT_OK
+    const kt_status status = reject_poisson(model, error);
+    return status != KT_OK || kt_contacts_of(model) > 0
+               ? status
                : kt_error_set(error, KT_ERROR_ARGUMENT, "contact",
                               "time stepping (contact: steps) is for hard stops, contacts, slack ropes and friction "
                               "that sticks, and there are none; leave it out");
@@ -149,6 +171,8 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
         status = check_simulation_options(&settings->options, error);
     if (status == KT_OK && settings->options.contact != KT_CONTACT_EVENTS)
         status = check_time_stepping_options(model, settings, error);
+    if (status == KT_OK)
+        status = check_step_evaluations(model, settings, error);
     if (status == KT_OK && settings->options.transformation != NULL)
         status = kt_auxiliary_states_reject(
             model, "transformation", "other formulations have no such states; integrate in tree coordinates", error);
@@ -204,8 +228,7 @@ static void measure_simulation(const kt_model *user_model, const kt_simulation_r
     size->contact = kt_contacts_size(user_model, contacts);
     size->mask = contacts > 0 ? kt_mask_size(user_model) : 0;
     size->ranks = contacts > 0 ? kt_mask_ranks_size(user_model) : 0;
-    size->moreau =
-        contacts > 0 && settings->options.contact == KT_CONTACT_STEPS ? kt_moreau_size(user_model, size->n) : 0;
+    size->moreau = contacts > 0 && takes_time_steps(&settings->options) ? kt_moreau_size(user_model, size->n) : 0;
     size->reaction = reacts ? size->body : 0;
     size->loop_reaction = reacts ? (size_t)kt_loop_count(user_model) : 0;
     size->multiplier = reacts ? (size_t)kt_model_mobility(model).equations : 0;

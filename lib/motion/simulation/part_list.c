@@ -9,10 +9,10 @@
 #include "simulation/simulation.h"
 
 static const kt_part *const parts[] = {
-    &kt_input_part,   &kt_jump_part,  &kt_breakpoint_part,   &kt_missed_end_part, &kt_newton_part,
-    &kt_gap_part,     &kt_leap_part,  &kt_missed_piece_part, &kt_slip_part,       &kt_event_part,
-    &kt_contact_part, &kt_retry_part, &kt_moreau_part,       &kt_count_part,      &kt_balance_part,
-    &kt_power_part,   &kt_state_part, &kt_failure_part,
+    &kt_input_part,   &kt_jump_part,  &kt_breakpoint_part,   &kt_missed_end_part,   &kt_newton_part,
+    &kt_gap_part,     &kt_leap_part,  &kt_missed_piece_part, &kt_slip_part,         &kt_event_part,
+    &kt_contact_part, &kt_retry_part, &kt_moreau_part,       &kt_bounded_step_part, &kt_count_part,
+    &kt_balance_part, &kt_power_part, &kt_state_part,        &kt_failure_part,
 };
 
 enum { PARTS = sizeof parts / sizeof *parts };

@@ -373,6 +373,10 @@ kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void
     if (KT_IS_MISSING(error, simulation, record) ||
         kt_simulation_require_outermost(simulation, __func__, error) != KT_OK)
         return KT_ERROR_ARGUMENT;
+    if (simulation->options.step_evaluations > 0 && simulation->contacts != NULL)
+        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "step_evaluations",
+                            "a run interpolates records between events, which time steps leave out; take "
+                            "kt_simulation_tick or kt_simulation_advance, or leave the option out");
     kt_integrator *integrator = simulation->integrator;
     kt_status status = kt_simulation_begin_run(simulation, error);
     if (status != KT_OK)

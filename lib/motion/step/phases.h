@@ -42,7 +42,7 @@ typedef enum kt_verdict {
       "forces of the step are put in force")                                                                           \
     X(void, limit, (kt_simulation *, kt_step_progress *), "the step is shortened")                                     \
     X(kt_status, begin, (kt_simulation *, kt_error *), "values at the beginning are computed")                         \
-    X(void, prepare, (kt_simulation *), "the integrator is about to try a step")                                       \
+    X(void, prepare, (kt_simulation *, kt_step_progress *), "the integrator is about to try a step")                   \
     X(kt_status, check, (kt_simulation *, kt_step_progress *, kt_verdict *, kt_error *), "a try is judged")            \
     X(kt_status, accept, (kt_simulation *, kt_error *), "all parts accept the try; an error undoes it")                \
     X(bool, retry, (kt_simulation *, kt_step_progress *, kt_status), "the tries failed; true: begin once more")        \
@@ -123,7 +123,7 @@ KT_CHECKED kt_status kt_phase_start(kt_simulation *simulation, kt_error *error);
 KT_CHECKED kt_status kt_phase_enter(kt_simulation *simulation, double t_limit, kt_step_progress *progress,
                                     kt_error *error);
 KT_CHECKED kt_status kt_phase_begin(kt_simulation *simulation, kt_error *error);
-void kt_phase_prepare(kt_simulation *simulation);
+void kt_phase_prepare(kt_simulation *simulation, kt_step_progress *progress);
 KT_CHECKED kt_status kt_phase_check(kt_simulation *simulation, kt_step_progress *progress, bool *again,
                                     kt_error *error);
 KT_CHECKED kt_status kt_phase_end(kt_simulation *simulation, kt_status status, const kt_error *from, kt_error *error);

@@ -76,6 +76,9 @@ typedef struct kt_simulation_memory {
     uint64_t retries;     /* their number */
     double own_time;      /* s, in which the mechanism moves by its own size (contact/own_time.c); 0: not known */
     double shortened;     /* s, the most length of the next step, behind one that failed or missed its event; 0: none */
+    int64_t leaps;        /* contacts are resolved by time steps at present (contact/bounded_step.c) */
+    int64_t step_grid;    /* the point of the grid at which the present step began, and */
+    uint64_t step_begun;  /* the evaluations before it (step_evaluations) */
     int64_t beyond, fires; /* a contact is beyond its boundary since the start; events have not taken effect yet */
 } kt_simulation_memory;
 

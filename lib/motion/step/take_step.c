@@ -46,9 +46,9 @@ kt_status kt_phase_begin(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
-void kt_phase_prepare(kt_simulation *simulation) {
+void kt_phase_prepare(kt_simulation *simulation, kt_step_progress *progress) {
     for (kt_hook_of_prepare *const *hook = simulation->phases.prepare; *hook != NULL; hook++)
-        (*hook)(simulation);
+        (*hook)(simulation, progress);
 }
 
 kt_status kt_phase_check(kt_simulation *simulation, kt_step_progress *progress, bool *again, kt_error *error) {
@@ -69,7 +69,7 @@ kt_status kt_phase_check(kt_simulation *simulation, kt_step_progress *progress, 
 static kt_status try_step(kt_simulation *simulation, kt_step_progress progress, kt_error *error) {
     kt_status status = kt_phase_begin(simulation, error);
     for (bool again = true; status == KT_OK && again;) {
-        kt_phase_prepare(simulation);
+        kt_phase_prepare(simulation, &progress);
         status = kt_integrator_take_step(simulation->integrator, progress.t_limit, error);
         if (status == KT_OK)
             status = kt_phase_check(simulation, &progress, &again, error);

@@ -1,0 +1,141 @@
+/* Fixed steps with a bound of their evaluations.
+ *
+ * Events resolve each impact and each change of friction. If much happens within a fixed step, the step is divided into
+ * many parts, and its cost has no bound. A control loop cannot wait. With kt_simulation_options.step_evaluations = E, a
+ * step of the grid of fixed steps takes at most E evaluations of the accelerations. Before each try, with the number n
+ * of evaluations since the beginning of the step,
+ *
+ *     n + try + time step <= E     events are followed
+ *     otherwise                    one time step (moreau.c) completes the step
+ *
+ * A time step takes two evaluations, whatever happens within it. Its impulses obey Coulomb's law with the same solver,
+ * and its error is of the first order in its length. A try that fails, and that no shorter try replaces, is also
+ * replaced by a time step. Events of the caller are found within a time step. Each of them divides the time step.
+ *
+ * At the end of the step, contacts are resolved as after an impact, and are events again. If contacts cannot be
+ * resolved, because a time step left one deeper than events allow, the next step is a time step, too. The counts have
+ * the number of time steps (kt_contact_counts.completed). */
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "base/copy.h"
+#include "contact/contact.h"
+#include "contact/moreau.h"
+#include "integrator/integrator.h"
+
+#include <math.h>
+
+/* Evaluations of a time step and of the slope at its beginning, and of a try besides its stages: the slopes at both
+ * ends. An implicit method takes a number of evaluations that depends on its iterations. */
+enum { TIME_STEP = 3, ENDS = 2, IMPLICIT_TRY = 64 };
+
+uint64_t kt_step_evaluations_least(const kt_method *method) {
+    const int most = kt_method_family_of(method)->stages_max, stages = most > 0 ? most : method->stages;
+    return TIME_STEP + ENDS + (uint64_t)(kt_method_needs_newton(method) ? IMPLICIT_TRY : stages);
+}
+
+/* Whether one more try would exceed the bound. */
+static bool is_exhausted(const kt_simulation *simulation) {
+    const kt_integrator *it = simulation->integrator;
+    const uint64_t used = it->memory.counts.evaluations - simulation->memory.step_begun;
+    return used + kt_step_evaluations_least(it->method) > simulation->options.step_evaluations;
+}
+
+/* Lets the integrator take time steps, or steps of its method again. Slopes of the other kind are not valid. */
+static void switch_integrator(kt_simulation *simulation, bool leaps) {
+    kt_integrator *it = simulation->integrator;
+    it->family = kt_method_family_of(leaps ? &kt_method_moreau_jean : it->method);
+    it->leap = leaps ? &kt_moreau_leap : NULL;
+    it->gives_end_derivative = leaps || it->method->fsal;
+    it->stages_known = it->dense_known = false;
+    it->derivative_slot = leaps ? 0 : -1; /* a time step needs no slope */
+}
+
+/* From now on, steps are time steps. Memories of contacts as events end. */
+static void begin_leaps(kt_simulation *simulation) {
+    simulation->memory.leaps = simulation->steps_over_contacts = true;
+    kt_moreau_open(simulation);
+    for (size_t k = 0; k < simulation->contact_count; k++) {
+        kt_contact_memory *state = &simulation->contact_state[k];
+        kt_clear(state->force, sizeof state->force);
+        state->closes_at = state->opens_at = 0.0;
+        state->left_at = state->held = -HUGE_VAL;
+        simulation->event_root[k].due = false;
+    }
+    switch_integrator(simulation, true);
+    kt_parts_list(simulation);
+}
+
+static void end_leaps(kt_simulation *simulation) {
+    simulation->memory.leaps = simulation->steps_over_contacts = false;
+    for (size_t k = 0; k < simulation->contact_count; k++)
+        simulation->contact_state[k].counted = simulation->contact_state[k].closed;
+    kt_parts_list(simulation);
+    kt_simulation_take_model(simulation, simulation->model); /* its callbacks */
+    switch_integrator(simulation, false);
+}
+
+/* ---- hooks ------------------------------------------------------------------------------------------------------- */
+
+static kt_status enter_bounded(kt_simulation *simulation, const kt_step_progress *progress, kt_error *error) {
+    const kt_integrator_memory *m = &simulation->integrator->memory;
+    kt_simulation_memory *memory = &simulation->memory;
+    /* Instants of events may lie within rounding of a point of the grid. A new start begins all counts anew. */
+    if ((m->on_grid && m->grid != memory->step_grid) || memory->step_begun > m->counts.evaluations) {
+        memory->step_begun = m->counts.evaluations;
+        memory->step_grid = m->grid;
+    }
+    simulation->contacts->bounded_end = progress->t_limit;
+    (void)error;
+    return KT_OK;
+}
+
+static void prepare_bounded(kt_simulation *simulation, kt_step_progress *progress) {
+    if (simulation->memory.leaps || !is_exhausted(simulation))
+        return;
+    begin_leaps(simulation);
+    progress->t_limit = simulation->contacts->bounded_end;
+}
+
+static bool retry_bounded(kt_simulation *simulation, kt_step_progress *progress, kt_status failed) {
+    const bool may = failed == KT_ERROR_STEP || failed == KT_ERROR_CONSTRAINT || failed == KT_ERROR_SINGULAR ||
+                     failed == KT_ERROR_NOT_FINITE;
+    if (simulation->memory.leaps || !may || simulation->cause.code == KT_ERROR_CALLBACK)
+        return false;
+    begin_leaps(simulation);
+    progress->t_limit = simulation->contacts->bounded_end;
+    return true;
+}
+
+static kt_status accept_bounded(kt_simulation *simulation, kt_error *error) {
+    kt_error ignored;
+    (void)error;
+    if (!simulation->memory.leaps)
+        return KT_OK;
+    simulation->memory.contacts.completed++;
+    end_leaps(simulation);
+    if (kt_contacts_follow_time_step(simulation, &ignored) != KT_OK) {
+        simulation->memory.beyond = false;
+        begin_leaps(simulation);
+    }
+    return KT_OK;
+}
+
+/* Follows a state that was copied back. */
+static void resume_bounded(kt_simulation *simulation) {
+    if (simulation->steps_over_contacts == (simulation->memory.leaps != 0))
+        return;
+    if (simulation->memory.leaps)
+        begin_leaps(simulation);
+    else
+        end_leaps(simulation);
+}
+
+static bool is_bounded(const kt_simulation *simulation) {
+    return simulation->contacts != NULL && simulation->options.step_evaluations > 0;
+}
+
+const kt_part kt_bounded_step_part = {.is_active = is_bounded,
+                                      .enter = enter_bounded,
+                                      .prepare = prepare_bounded,
+                                      .accept = accept_bounded,
+                                      .retry = retry_bounded,
+                                      .resume = resume_bounded};

@@ -1,0 +1,176 @@
+/* Fixed steps with a bound of their evaluations (kt_simulation_options.step_evaluations). */
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "kinetree/simulation.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "check.h"
+#include "motion/simulation/parsed.h"
+#include "motion/simulation/scenes.h"
+#include "random.h"
+
+enum { TICKS = 200, CALM = 300 };
+static const double tick = 1e-3, mass = 2.0, height = 0.1;
+
+/* A box on four corners, above the plane z = 0, which slides along x. */
+static void make_box(kt_parsed *m, double above, double speed, double friction, double restitution) {
+    char text[2048];
+    size_t used = (size_t)snprintf(
+        text, sizeof text,
+        "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n  - name: box\n    mass: %.17g\n    inertia: [0.02, 0.05, "
+        "0.06]\n"
+        "    joint: {type: free, position: {position: [0, 0, %.17g]}, velocity: {linear: [%.17g, 0, 0]}}\n    markers: "
+        "{a: [0.2, 0.1, -0.1], b: [0.2, -0.1, -0.1], c: [-0.2, 0.1, -0.1], d: [-0.2, -0.1, -0.1]}\neffects:\n",
+        mass, height + above, speed);
+    for (int i = 0; i < 4; i++)
+        used += (size_t)snprintf(text + used, sizeof text - used,
+                                 "  - {name: f%d, type: contact, point: box.%c, radius: 0, plane: world, axis: z, "
+                                 "restitution: %.17g, friction: %.17g}\n",
+                                 i, 'a' + i, restitution, friction);
+    kt_parsed_make(m, text);
+}
+
+static kt_simulation *begin_box(const kt_parsed *m, const char *method, uint64_t bound) {
+    kt_run run = kt_run_fixed(method, tick, 100.0);
+    kt_simulation_options options = kt_simulation_options_default();
+    run.record = KT_RECORD_REACTION;
+    options.step_evaluations = bound;
+    return kt_test_simulation(m->model, &run, &options);
+}
+
+/* Takes a tick. Returns its evaluations. */
+static double take_tick(kt_simulation *simulation, const char *method) {
+    kt_error error = {0};
+    const uint64_t before = kt_simulation_counts_of(simulation).evaluations;
+    kt_need_fine(method, kt_simulation_tick(simulation, tick, &error), &error);
+    return (double)(kt_simulation_counts_of(simulation).evaluations - before);
+}
+
+/* Pushes a box with random wrenches that overturn it. Returns the largest number of evaluations of a tick. */
+static double push_box(kt_simulation *simulation, kt_random *random, const char *method, int ticks) {
+    double worst = 0.0;
+    for (int k = 0; k < ticks; k++) {
+        kt_wrench wrench[2] = {{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}};
+        kt_error error = {0};
+        for (int i = 0; i < 3; i++)
+            (&wrench[1].moment.x)[i] = kt_random_uniform(random, -4.0, 4.0);
+        wrench[1].force = kt_vec3_make(kt_random_uniform(random, -20.0, 20.0), kt_random_uniform(random, -20.0, 20.0),
+                                       kt_random_uniform(random, -40.0, 10.0));
+        if (k % 5 == 0)
+            kt_need_fine("wrench", kt_simulation_set_wrenches(simulation, wrench, &error), &error);
+        worst = fmax(worst, take_tick(simulation, method));
+    }
+    return worst;
+}
+
+/* The bound holds in every tick. Once the box rests, the simulation follows events again: with rk4, each tick then
+ * takes four evaluations, and no time step completes another tick. */
+KT_TEST(no_tick_exceeds_its_evaluations) {
+    static const struct {
+        const char *name;
+        double stages;
+    } methods[] = {{"rk4", 4.0}, {"heun", 2.0}};
+    kt_random random = kt_random_of_test();
+    double unbounded = 0.0, completed = 0.0;
+    for (int n = 0; n < 8; n++) {
+        const char *method = methods[n % 2].name;
+        const double bound = n % 4 < 2 ? 20.0 : 60.0;
+        kt_error error = {0};
+        kt_parsed m;
+        make_box(&m, 1e-3, 0.5, 0.3 + 0.1 * n, n % 3 * 0.3);
+        kt_simulation *simulation = begin_box(&m, method, (uint64_t)bound), *free = begin_box(&m, method, 0);
+        kt_random same = random;
+        unbounded = fmax(unbounded, push_box(free, &same, method, 25));
+        kt_check_below("evaluations of a tick", push_box(simulation, &random, method, TICKS), bound + 0.5);
+        completed += (double)kt_simulation_contacts(simulation).completed;
+        kt_need_fine("wrench", kt_simulation_set_wrenches(simulation, NULL, &error), &error);
+        for (int k = 0; k < CALM; k++)
+            kt_check_below("evaluations", take_tick(simulation, method), bound + 0.5);
+        const uint64_t before = kt_simulation_contacts(simulation).completed;
+        const double *q = kt_simulation_positions(simulation);
+        kt_check_near("rests, m", q[2], height, 1e-6);
+        kt_check_near("evaluations at rest", take_tick(simulation, method), methods[n % 2].stages, 0.0);
+        kt_check_equal_int("completed at rest", (int64_t)(kt_simulation_contacts(simulation).completed - before), 0);
+    }
+    kt_check_above("ticks that a time step completed", completed, 10.0);
+    kt_check_above("evaluations of a tick without a bound", unbounded, 60.0);
+}
+
+/* A box that slides onto the floor, with a bound that leaves no room to search the impact. The impact takes
+ * mu sqrt(2 g h) from the speed v, and then the box slides on by v^2 / 2 mu g. A time step has an error of the order
+ * of h v. */
+KT_TEST(time_steps_complete_a_slide_to_its_closed_form) {
+    static const double g = 9.81, speed = 1.0, friction = 0.4, above = 1e-3;
+    kt_parsed m;
+    make_box(&m, above, speed, friction, 0.0);
+    kt_simulation *simulation = begin_box(&m, "rk4", 9);
+    for (int k = 0; k < 400; k++)
+        (void)take_tick(simulation, "rk4");
+    const double fall = sqrt(2.0 * above / g), slides = speed - friction * sqrt(2.0 * g * above);
+    const double exact = speed * fall + slides * slides / (2.0 * friction * g);
+    kt_check_above("steps that a time step completed", (double)kt_simulation_contacts(simulation).completed, 0.5);
+    kt_check_near("place, m", kt_simulation_positions(simulation)[0], exact, 2.0 * tick * speed);
+    kt_check_near("height, m", kt_simulation_positions(simulation)[2], height, 1e-6);
+    kt_check_below("speed, m/s", fabs(kt_simulation_velocities(simulation)[0]), 1e-9);
+}
+
+/* A bound that no tick reaches changes no bit. */
+KT_TEST(bound_that_is_not_reached_changes_nothing) {
+    kt_random random = kt_random_of_test(), same = random;
+    kt_parsed m;
+    make_box(&m, 1e-3, 0.5, 0.5, 0.3);
+    kt_simulation *with = begin_box(&m, "rk4", 1000000), *without = begin_box(&m, "rk4", 0);
+    kt_check_near("evaluations", push_box(with, &random, "rk4", 100), push_box(without, &same, "rk4", 100), 0.0);
+    kt_check_equal_bits("positions", kt_simulation_positions(with), kt_simulation_positions(without), 7);
+    kt_check_equal_bits("velocities", kt_simulation_velocities(with), kt_simulation_velocities(without), 6);
+    kt_check_equal_int("completed", (int64_t)kt_simulation_contacts(with).completed, 0);
+}
+
+/* A checkpoint between ticks goes on with equal bits, also behind a time step. */
+KT_TEST(bounded_ticks_resume_from_a_checkpoint) {
+    kt_random random = kt_random_of_test();
+    kt_error error = {0};
+    kt_parsed m;
+    make_box(&m, 1e-3, 0.5, 0.5, 0.3);
+    kt_simulation *simulation = begin_box(&m, "rk4", 20), *other = begin_box(&m, "rk4", 20);
+    const size_t size = kt_simulation_state_size(simulation);
+    void *block = malloc(size);
+    int behind = 0;
+    kt_need(kt_check_true("memory", block != NULL));
+    for (int n = 0; n < 60; n++) {
+        const uint64_t before = kt_simulation_contacts(simulation).completed;
+        (void)push_box(simulation, &random, "rk4", 5);
+        behind += kt_simulation_contacts(simulation).completed > before;
+        kt_simulation_save(simulation, block);
+        kt_need_fine("restores", kt_simulation_restore(other, block, &error), &error);
+        kt_random same = random, twin = random;
+        (void)push_box(simulation, &same, "rk4", 3);
+        (void)push_box(other, &twin, "rk4", 3);
+        kt_check_equal_bits("positions", kt_simulation_positions(simulation), kt_simulation_positions(other), 7);
+        kt_check_equal_bits("velocities", kt_simulation_velocities(simulation), kt_simulation_velocities(other), 6);
+        random = same;
+    }
+    free(block);
+    kt_check_above("checkpoints behind time steps", behind, 5.0);
+}
+
+KT_TEST(bounds_that_cannot_hold_are_rejected) {
+    kt_parsed m;
+    kt_error error = {0};
+    kt_simulation *simulation;
+    make_box(&m, 1e-3, 0.5, 0.5, 0.3);
+    kt_run run = kt_run_fixed("rk4", tick, 1.0);
+    kt_simulation_options options = kt_simulation_options_default();
+    options.step_evaluations = 8;
+    kt_check_equal_int("too few", kt_simulation_create(m.model, &run, &options, &simulation, &error),
+                       KT_ERROR_ARGUMENT);
+    kt_check_contains("least", error.message, "9 or more");
+    options.step_evaluations = 100;
+    run = kt_run_within("dopri5", 1e-9, 1.0);
+    kt_check_equal_int("adaptive", kt_simulation_create(m.model, &run, &options, &simulation, &error),
+                       KT_ERROR_ARGUMENT);
+    kt_check_text("where", error.where, "step_evaluations");
+}
