@@ -103,8 +103,7 @@ static int act_on_contacts(kt_simulation *simulation, const kt_occurrence *what,
 kt_status kt_contacts_follow_time_step(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const double t = kt_integrator_time(simulation->integrator), *y = kt_integrator_state(simulation->integrator);
-    kt_status status =
-        kt_contacts_find_equations(c, simulation->model, t, y, y + simulation->size.nq, false, error);
+    kt_status status = kt_contacts_find_equations(c, simulation->model, t, y, y + simulation->size.nq, false, error);
     for (int k = 0; status == KT_OK && k < c->sides; k++) {
         c->item[k].meets = simulation->contact_state[k].closed != 0;
         if (c->item[k].meets && !(c->gap[k] <= kt_contact_deep * fmax(1.0, c->all->length)))
