@@ -224,7 +224,7 @@ static void warn_of_large_groups(kt_outcome *outcome) {
         kt_warn(&outcome->warnings, &warning,
                 "the reactions of loops %s, and of joints on their paths, are one of many sets that balance: %d "
                 "equations of these loops repeat others, which is too many for the least sum of |F|^2 + |M|^2/L^2 to "
-                "be found (4 MB of numbers)",
+                "be found (256 kB of numbers)",
                 list.text, repeated);
 }
 

@@ -7,9 +7,8 @@ KT_ARENA_ARRAYS(place_stress, kt_stress, KT_STRESS_FIELDS, const kt_stress *s)
 enum { SINGULAR = 2 };
 
 /* Bytes above which the reactions of a group are not shared: all data of a model have them, whether reactions are
- * requested or not. A row of sixty planar windows takes as many, and sharing its reactions takes some hundredths of a
- * second at each state. */
-static const size_t stress_bytes_most = (size_t)1 << 22;
+ * requested or not. A row of twelve planar windows takes as many. */
+static const size_t stress_bytes_most = (size_t)1 << 18;
 
 int32_t kt_stress_number_joints(const kt_model *model, size_t g, int32_t *joint) {
     const kt_group *group = &model->group[g];

@@ -116,9 +116,15 @@ kt_op kt_code_curve(kt_code_tree *tree, const kt_curve *curve, const char *prefi
 bool kt_code_has_curve(const kt_model *model, const kt_curve *curve);
 void kt_code_hash_curve(const kt_model *model, const kt_curve *curve, kt_code_hash *hash, uint64_t *h);
 
+/* Rows that a table of generated code may have: each row becomes a choice, so that a longer table would need too much
+ * code. */
+enum { KT_CODE_TABLE_ROWS = 100 };
+/* A table of cubic pieces at t (node_lookup.c), constant outside; rows: KT_PIECE_SIZE numbers each. */
+kt_op kt_code_rows(kt_graph *g, const double *rows, int count, kt_op t);
+
 /* A formula, with nodes for its variables (node_formula.c). */
 kt_op kt_code_formula(kt_graph *g, const kt_expression *formula, const kt_op *value);
-/* The node of a lookup table; y: of the second input, if the table has two. */
+/* The node of a lookup table (node_lookup.c); y: of the second input, if the table has two. */
 kt_op kt_code_lookup(kt_graph *g, const double *table, kt_op x, kt_op y);
 /* Whether all tables that a formula calls are short enough for generated code. */
 bool kt_code_has_tables(const kt_expression *formula);
