@@ -6,10 +6,10 @@
 
 #include "base/grow.h"
 #include "base/memory.h"
-#include "expression/lookup.h"
 #include "kinetree/descriptor.h"
 #include "kinetree/expression.h"
 #include "kinetree/loop.h"
+#include "model/formula_names.h"
 #include "records/gravity.h"
 
 #include <stdio.h>
@@ -280,7 +280,7 @@ struct kt_own_columns {
     const kt_scene *scene;
     void **memory; /* of each formula */
     const kt_expression **formula;
-    double *tables; /* of formulas, compiled one behind the other */
+    const double *tables; /* of formulas, compiled, in the model */
 };
 
 /* ---- own columns: all that formulas may read --------------------------------------------------------------------- */
@@ -392,23 +392,9 @@ static void free_own(kt_own_columns *own) {
         kt_columns_free(&own->all);
         free(own->memory);
         free((void *)own->formula);
-        free(own->tables);
         free(own->is_used);
     }
     free(own);
-}
-
-/* Compiles the tables that formulas call, one behind the other; NULL: memory is insufficient. */
-static double *compile_tables(const kt_description *description) {
-    size_t count = 0;
-    for (int k = 0; k < description->table_count; k++)
-        count += kt_lookup_numbers(&description->tables[k]);
-    double *tables = malloc((count + 1) * sizeof *tables), *to = tables;
-    for (int k = 0; tables != NULL && k < description->table_count; k++) {
-        kt_lookup_compile(&description->tables[k], to);
-        to += kt_lookup_numbers(&description->tables[k]);
-    }
-    return tables;
 }
 
 static kt_status create_own(const kt_scene *scene, const kt_model *model, kt_own_columns **own, unsigned *record,
@@ -421,9 +407,8 @@ static kt_status create_own(const kt_scene *scene, const kt_model *model, kt_own
     made->scene = scene;
     made->memory = calloc((size_t)scene->column_count + 1, sizeof *made->memory);
     made->formula = calloc((size_t)scene->column_count + 1, sizeof *made->formula);
-    made->tables = compile_tables(&scene->description);
-    const bool fine = made->tables != NULL && made->memory != NULL && made->formula != NULL &&
-                      kt_columns_list_all(&made->all, scene, model);
+    made->tables = kt_model_tables(model);
+    const bool fine = made->memory != NULL && made->formula != NULL && kt_columns_list_all(&made->all, scene, model);
     made->is_used = fine ? calloc(made->all.count + 1, sizeof *made->is_used) : NULL;
     kt_status status = made->is_used != NULL ? KT_OK : kt_reject_memory(error);
     for (int k = 0; k < scene->column_count && status == KT_OK; k++)

@@ -23,11 +23,11 @@ typedef enum kt_row_ends {
 
 /* Compiles the points x, y, x, y, ... with increasing x, `count` of them, at least 2. Fills count * KT_PIECE_SIZE
  * numbers of `rows`. slopes: those of KT_ROW_ENDS_GIVEN. O(count). */
-KT_INNER void kt_rows_compile(const double *points, int count, kt_interpolation interpolation, kt_row_ends ends,
-                              const double *slopes, double *rows);
+void kt_rows_compile(const double *points, int count, kt_interpolation interpolation, kt_row_ends ends,
+                     const double *slopes, double *rows);
 
 /* The row that begins the piece at x, or the nearest row that begins a piece. O(log count). */
-KT_INNER int kt_rows_find(const double *rows, int count, double x);
+int kt_rows_find(const double *rows, int count, double x);
 
 /* ---- lookup tables ----------------------------------------------------------------------------------------------- */
 
@@ -77,10 +77,10 @@ enum { KT_LOOKUP_INPUTS, KT_LOOKUP_INTERPOLATION, KT_LOOKUP_OUTSIDE, KT_LOOKUP_N
 KT_INNER size_t kt_lookup_size(const double *table);
 
 /* Returns how many numbers a compiled table takes. O(rows). */
-KT_INNER size_t kt_lookup_numbers(const kt_lookup *lookup);
+size_t kt_lookup_numbers(const kt_lookup *lookup);
 
 /* Compiles a table into kt_lookup_numbers(lookup) numbers. kt_lookup_check must have accepted the table. O(rows). */
-KT_INNER void kt_lookup_compile(const kt_lookup *lookup, double *numbers);
+void kt_lookup_compile(const kt_lookup *lookup, double *numbers);
 
 /* Writes the reason for which a table cannot be compiled, and returns false. */
 KT_INNER bool kt_lookup_check(const kt_lookup *lookup, char *text, size_t size);

@@ -54,6 +54,10 @@ def known_of(code):
 def messages(folder, prefix):
     """Notes that warn, changes and forces: the texts that the sources of a format pass on."""
     changes, lost, start = set(), set(), set()
+    listed = folder / f"{prefix}_notes.h"
+    list_code = expanded(re.sub(r"\s*\\\n", "\n", code_of(listed))) if listed.exists() else ""
+    for rank, text in re.findall(rf"X\(\w+, (\w+),\s*((?:\s*{TEXT})+)\)", list_code):
+        {"MOTION": changes, "START": start}.get(rank, set()).add(joined(text))
     for path in sorted(folder.glob("*.c")):
         code = expanded(code_of(path))
         shared = path.name in ("robot_inertia.c", "notes.c") or (path.name == "collision.c" and prefix != "mjcf")
