@@ -124,7 +124,7 @@ static kt_status invert(const kt_simulation *simulation, const kt_dynamic_state 
 /* The size of the terms that the wrench of a joint has in the joint's coordinates. */
 static double size_in_joint(const kt_simulation *simulation, int body) {
     const kt_wrench *w = &simulation->reaction[body];
-    return kt_vec3_norm(w->force) * fmax(1.0, simulation->model->length) + kt_vec3_norm(w->moment);
+    return kt_vec3_norm(w->force) * simulation->model->length + kt_vec3_norm(w->moment);
 }
 
 static kt_status reject_newton(const kt_simulation *simulation, double t, int body, double left, double size,
