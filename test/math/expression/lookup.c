@@ -56,7 +56,8 @@ KT_TEST(one_input_has_the_closed_forms_of_three_rows) {
     static const double slope[] = {1.0, 1.5 - 1.5 * s * s, 2.0 - 2.0 * s}, bend[] = {0.0, -3.0 * s, -2.0};
     static const double third[] = {0.0, -3.0, 0.0};
     for (int k = 0; k < 3; k++) {
-        const kt_lookup table = {.name = "f", .inputs = 1, .rows = rows, .row_count = 3, .interpolation = k};
+        const kt_lookup table = {
+            .name = "f", .inputs = 1, .rows = rows, .row_count = 3, .interpolation = (kt_interpolation)k};
         const kt_expression *formula = read_formula("f(x)", &table, 1);
         double out[3];
         kt_expression_taylor(formula, &s, (const double[]){1.0}, NULL, out);
@@ -238,8 +239,12 @@ KT_TEST(rows_are_breakpoints_of_formulas_of_time) {
 KT_TEST(bounds_hold_the_values_of_tables) {
     static const double rows[] = {0.0, 0.0, 1.0, 2.0, 2.5, 1.0, 4.0, 1.5};
     for (int k = 0; k < 3; k++) {
-        const kt_lookup table = {
-            .name = "f", .inputs = 1, .rows = rows, .row_count = 4, .interpolation = k, .outside = KT_OUTSIDE_HOLD};
+        const kt_lookup table = {.name = "f",
+                                 .inputs = 1,
+                                 .rows = rows,
+                                 .row_count = 4,
+                                 .interpolation = (kt_interpolation)k,
+                                 .outside = KT_OUTSIDE_HOLD};
         const kt_expression *formula = read_formula("f(x) - f(x/2)", &table, 1);
         int misses = 0;
         for (int i = 0; i < 60; i++) {
