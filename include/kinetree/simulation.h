@@ -365,8 +365,8 @@ typedef struct kt_event {
 } kt_event;
 
 /* Adds an event to a simulation whose options have room for it (kt_simulation_options.events). Steps end at events.
- * Their times are accurate to the order of the method, and resolved to four units of rounding. Events within 1e-12 s,
- * or within eight units of rounding, happen together, in the order in which they were added.
+ * Their times are accurate to the order of the method, and resolved to four units of rounding. Events within 3e-12 of
+ * the time in which the mechanism moves by its size, or eight units of rounding, act together, in the order of adding.
  *
  * A value that is zero at the start, or that an action has set to zero, is on neither side of zero. Reaching the first
  * side is no event.
@@ -377,13 +377,13 @@ typedef struct kt_event {
  * both changes. The option max_step bounds the changes that remain undetected.
  *
  * The stepping call fails with KT_ERROR_STEP if events accumulate, as for a ball that bounces ever lower. The criterion
- * is that all further events lie within 1e-9 of the interval between records, or that 64 in a row follow each other as
- * closely. The call also fails after 10000 instants of events within one fixed step, or within one interval between
- * records. Each call of kt_simulation_advance or kt_simulation_tick begins a new count.
+ * is that all further events lie within 1e-9 of the time since their intervals began to shrink, or that 64 in a row are
+ * hardly apart. The call also fails after 10000 instants of events within one fixed step or a thousandth of the run.
+ * Each call of kt_simulation_advance or kt_simulation_tick begins a new count.
  *
  * Errors: KT_ERROR_ARGUMENT (no name, the name of another event, no function), KT_ERROR_MEMORY (no room).
  * Cost: four values of the function for each part of a step, about ten for each event, and one to three repeated steps.
- * The callback `corner` is called once for each breakpoint that the motion passes. Nothing is allocated. */
+ * The callback `breakpoint` is called once for each breakpoint that the motion passes. Nothing is allocated. */
 KT_API KT_CHECKED kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *event, kt_error *error);
 
 /* Returns the event that ended the last stepping call before its time, or NULL if no event ended the call. Stepping
