@@ -28,6 +28,7 @@ KT_INLINE void inertial_wrench(const kt_link *link, const kt_link_motion *m, kt_
 }
 
 void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                           /* NOLINTNEXTLINE(readability-non-const-parameter): the joints' macros write tau */
                            const kt_real1 *a, const kt_external *external, kt_real1 *tau) {
     assert(kt_data_serve(model, data));
     const size_t count = model->n.spatial;

@@ -93,6 +93,7 @@ static kt_op lookup_of_rows(kt_graph *g, const double *table, kt_op x) {
 static void choose_lines(kt_graph *g, const double *axis, int count, const kt_op *line, int width, kt_op x, kt_op *low,
                          kt_op *high) {
     for (int j = 0; j < width; j++) {
+        /* cppcheck-suppress uninitvar ; callers fill count * width numbers */
         low[j] = line[j];
         high[j] = line[width + j];
     }
