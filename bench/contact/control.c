@@ -1,13 +1,13 @@
 /* Robots on hard contacts under control: how many runs end with an error, and why.
  *
- * Each robot stands, drops from 1 cm, walks in place (its legs lift in turns), or is pushed while it stands: each 50 ms
- * another random wrench acts on its trunk, up to its weight, and up to the moment of its weight at 10 cm. The
- * controller holds the joints at
- * their targets by tau = k (target - q) - d v, once in a period of 1 ms. The grid takes all methods with fixed steps of
- * 1 ms and those with adaptive steps, friction of 0.3 to 1.2, and restitutions of 0 to 0.8. A line of the table has one
- * robot, one task and one method. A tick's cost is its number of evaluations. With fixed steps, step_evaluations bounds
- * this cost (--bound); the column `completed` counts the ticks that a time step has completed. The standing tick is the
- * worst one behind the first 0.2 s, in which a robot that stands comes to rest.
+ * Each robot stands, drops from 1 cm, walks in place (its legs lift in turns), or is pushed while it stands. A push is
+ * a random wrench on the trunk, and a new one follows each 50 ms. Its force is at most the weight of the robot, and its
+ * moment at most that of the weight at 10 cm. The controller holds the joints at their targets by tau = k (target - q)
+ * - d v, once in a period of 1 ms. The grid takes all methods with fixed steps of 1 ms and those with adaptive steps,
+ * friction of 0.3 to 1.2, and restitutions of 0 to 0.8. A line of the table has one robot, one task and one method. A
+ * tick's cost is its number of evaluations. With fixed steps, step_evaluations bounds this cost (--bound); the column
+ * `completed` counts the ticks that a time step has completed. The standing tick is the worst one behind the first 0.2
+ * s, in which a robot that stands comes to rest.
  *
  * The stiffness k of all controllers may be multiplied by a factor: feet of soft legs slip more. */
 /* SPDX-License-Identifier: Apache-2.0 */

@@ -12,8 +12,6 @@
 extern "C" {
 #endif
 
-/* ---- the transformation ------------------------------------------------------------------------------------------ */
-
 /* Another model of the same mechanism, which is integrated in place of the simulation's own model, and functions that
  * convert between the two. The first argument of each function is the transformation itself. Free states, free forces
  * and free reactions belong to `model`; all others belong to the simulation's own model. The header formulation.h has

@@ -68,8 +68,8 @@
 
 /* clang-format on */
 
-/* The counters. The last four have texts with other numbers or names (mjcf.c): geoms that could touch others, bodies
- * whose mass is not known, and sites that are no markers. */
+/* The counters. Those of the last line are not in the lists, because mjcf.c writes other numbers or names into their
+ * texts. They count geoms that could touch others, bodies whose mass is not known, and sites that are no markers. */
 #define KT_MJCF_COUNTER(name, rank, text) kt_left name;
 typedef struct kt_mjcf_notes {
     KT_MJCF_BODY_NOTES(KT_MJCF_COUNTER)

@@ -1,5 +1,5 @@
-/* What the core of a simulation and several parts share: results that data hold, breakpoints, events, records, and the
- * work done. */
+/* Structs of a simulation that both its core and several parts use: the results that data hold, breakpoints, events,
+ * records, and the work done. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_STEP_SIMULATION_PARTS_H
 #define KT_STEP_SIMULATION_PARTS_H

@@ -248,7 +248,7 @@ static void hold_columns(kt_code_loop_plan *l, int part) {
     l->last_part = part > l->last_part ? part : l->last_part;
 }
 
-/* Records what a part of the text needs in order to read node i:
+/* Records the arrays that a part of the text needs, so that the part can read node i:
  *     an input or a prepared number      the array that has it
  *     a number of a loop                 the array of stored numbers, and the loop's rows until this part
  *     a number of another part           the array of stored numbers, here and in that part; until slots are assigned,
