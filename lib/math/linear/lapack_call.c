@@ -41,7 +41,7 @@ int kt_lapack_ormqr(char trans, int m, int columns, int reflectors, const double
 
 int kt_lapack_geevx(int n, double *a, double *real, double *imaginary, double *left, double *right, double *scale,
                     double *norm, double *condition, double *work, int size) {
-    assert(size >= n * (n + 6));
+    assert(n >= 0 && size >= 3 * n);
     int low, high;
     return LAPACKE_dgeevx_work(LAPACK_COL_MAJOR, 'B', 'V', 'V', 'E', n, a, n, real, imaginary, left, n, right, n, &low,
                                &high, scale, norm, condition, NULL, work, size, NULL);
