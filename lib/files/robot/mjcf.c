@@ -23,6 +23,8 @@ static const kt_note contact_notes[] = {
     KT_NOTE(kt_mjcf, touched.floors, START, KT_NOTE_FLOORS),
     KT_NOTE(kt_mjcf, touched.rounded, MOTION, KT_NOTE_ROUNDED),
     KT_NOTE(kt_mjcf, touched.rough, MOTION, KT_NOTE_ROUGH),
+    KT_NOTE(kt_mjcf, notes.contacts_off, MOTION,
+            "no geom touches another in spite of --contacts, since a flag of <option> turns contacts off"),
     KT_NOTE(kt_mjcf, notes.contacts_between, MOTION, "geoms that could touch other geoms than planes, left out:"),
 };
 
@@ -42,7 +44,8 @@ static void note_contacts(kt_notes *n, const kt_mjcf *m) {
     kt_note_put(n, KT_NOTE_RANK_DETAIL, &m->touched.made, "geoms that can touch the planes, %d in number: %d",
                 m->touched.planes.count, m->touched.made.count);
     KT_NOTES_PUT(n, m, contact_notes);
-    if (m->source->options->contacts && m->touched.planes.count == 0 && is_flying(m) && kt_vec3_norm(m->gravity) > 0.0)
+    if (m->source->options->contacts && !m->off.contacts && m->touched.planes.count == 0 && is_flying(m) &&
+        kt_vec3_norm(m->gravity) > 0.0)
         kt_note_groundless(n, m->root);
     kt_note_sunk(n, m->root, m->touched.depth);
 }

@@ -44,7 +44,7 @@ typedef struct kt_mjcf_settings {
 
 /* The features that <option> turns off. */
 typedef struct kt_mjcf_off {
-    bool springs, dampers, friction, limits, actuation, equalities, control_limits;
+    bool springs, dampers, friction, limits, actuation, equalities, control_limits, contacts;
     unsigned actuator_groups; /* a bit each */
 } kt_mjcf_off;
 

@@ -197,6 +197,8 @@ int kt_mjcf_numbers(kt_mjcf *m, const kt_element *e, const char *tag, const char
             (void)kt_mjcf_fault(m, e, "%s: expected %d to %d numbers, found '%.60s'", name, least, most, text);
         return 0;
     }
+    if (is_bounds(name) && count == 2 && (read[0] == (double)INFINITY || read[1] == -(double)INFINITY))
+        (void)kt_mjcf_fault(m, e, "%s: from %g to %g there is no number; exchange the signs", name, read[0], read[1]);
     if (least < most && tag != NULL)
         read_numbers_of_classes(m, e->number, tag, name, room, values);
     memcpy(values, read, (size_t)count * sizeof *values);

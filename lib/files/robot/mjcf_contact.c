@@ -203,15 +203,17 @@ static void add_plane_contacts(kt_mjcf *m, const kt_contact_cone *of, const surf
     kt_contact_make(&m->draft, &shape, &ground, &l, of, kt_vec3_norm(m->gravity), &m->touched);
 }
 
-/* Geoms of moving bodies that could touch one another: neighbours do not. */
+/* Geoms of moving bodies that could touch others: neighbours do not, unless one of both stands still. */
 static void count_others(kt_mjcf *m) {
     for (int i = 0; i < m->surfaces.count; i++)
         for (int k = 0; k < i; k++) {
             const surface *a = surface_at(m, i), *b = surface_at(m, k);
-            const bool are_near = a->body == b->body || kt_mjcf_body_at(m, a->body)->parent == b->body ||
-                                  kt_mjcf_body_at(m, b->body)->parent == a->body;
-            if (!a->is_plane && !b->is_plane && !are_near && masks_allow(a, b) &&
-                !(is_still(m, a->body) && is_still(m, b->body))) {
+            const bool rests = is_still(m, a->body), other_rests = is_still(m, b->body);
+            const bool are_near =
+                a->body == b->body ||
+                (!rests && !other_rests &&
+                 (kt_mjcf_body_at(m, a->body)->parent == b->body || kt_mjcf_body_at(m, b->body)->parent == a->body));
+            if (!a->is_plane && !b->is_plane && !are_near && masks_allow(a, b) && !(rests && other_rests)) {
                 kt_left_count(&m->notes.contacts_between, a->element);
                 break;
             }
@@ -243,7 +245,9 @@ void kt_mjcf_contacts(kt_mjcf *m) {
     const kt_robot_options *o = m->source->options;
     const kt_contact_law standard = kt_contact_law_standard();
     surface floor = {.element = m->root, .is_plane = true, .type = ~0U, .affinity = ~0U, .law = standard};
-    if (!o->contacts)
+    if (o->contacts && m->off.contacts)
+        kt_left_count(&m->notes.contacts_off, m->root);
+    if (!o->contacts || m->off.contacts)
         return;
     const kt_contact_cone of = read_cone(m);
     find_mjcf_floors(m);

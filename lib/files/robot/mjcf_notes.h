@@ -58,7 +58,7 @@
         "forces is bounded, their stiffness or damping is below zero, or they are muscles:")                           \
     X(limits, MOTION, "limits of position, which do not act without --stops:")                                         \
     X(soft_stops, START, KT_NOTE_SOFT_STOPS)                                                                           \
-    X(lost_limits, START, "limits of ball joints that are left out:")                                                  \
+    X(lost_limits, MOTION, "limits of ball joints that are left out:")                                                 \
     X(fluid, MOTION, "bodies with geoms of fluidshape=\"ellipsoid\", on which no medium acts:")
 
 #define KT_MJCF_GEOM_NOTES(X)                                                                                          \
@@ -69,13 +69,14 @@
 /* clang-format on */
 
 /* The counters. Those of the last line are not in the lists, because mjcf.c writes other numbers or names into their
- * texts. They count geoms that could touch others, bodies whose mass is not known, and sites that are no markers. */
+ * texts. They count geoms that could touch others, contacts that a flag turns off, bodies whose mass is not known, and
+ * sites that are no markers. */
 #define KT_MJCF_COUNTER(name, rank, text) kt_left name;
 typedef struct kt_mjcf_notes {
     KT_MJCF_BODY_NOTES(KT_MJCF_COUNTER)
     KT_MJCF_FORCE_NOTES(KT_MJCF_COUNTER)
     KT_MJCF_GEOM_NOTES(KT_MJCF_COUNTER)
-    kt_left contacts, contacts_between, mesh_masses, unnamed_sites;
+    kt_left contacts, contacts_off, contacts_between, mesh_masses, unnamed_sites;
 } kt_mjcf_notes;
 #undef KT_MJCF_COUNTER
 

@@ -73,7 +73,8 @@ static void read_flags(kt_mjcf *m, const kt_element *flag) {
                              .limits = constraint || is_flag(m, flag, "limit", true),
                              .equalities = constraint || is_flag(m, flag, "equality", true),
                              .actuation = is_flag(m, flag, "actuation", true),
-                             .control_limits = is_flag(m, flag, "clampctrl", true)};
+                             .control_limits = is_flag(m, flag, "clampctrl", true),
+                             .contacts = constraint || is_flag(m, flag, "contact", true)};
     const unsigned groups = m->off.actuator_groups;
     m->off = off;
     m->off.actuator_groups = groups;

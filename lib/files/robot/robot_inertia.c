@@ -139,7 +139,7 @@ static void reject_inertia(kt_judge *j, const kt_element *e, kt_vec3 m, double o
     (void)kt_robot_fault(j->d->r, e,
                          "the principal moments are %g, %g, %g, and with what is fixed to it, too, %s: no body has a "
                          "negative one, or one above the sum of the two others; check units, order and the axes of "
-                         "<origin>, or let 'kinetree import --inertia %s' accept it",
+                         "<origin>, or accept it with --inertia %s",
                          m.x, m.y, m.z, isinf(odd) ? "one is negative or alone" : "one is too large",
                          odd <= excess_most ? "warn" : "accept");
 }

@@ -88,13 +88,13 @@ static bool add_urdf_visual(kt_urdf *u, const kt_element *e) {
 
 /* ---- collisions -------------------------------------------------------------------------------------------------- */
 
-/* The last body of the draft has the link. */
+/* The last body of the draft has the link, unless the link is the world. */
 static void add_urdf_collision(kt_urdf *u, const kt_urdf_link *link, const kt_element *e) {
     const kt_element *geometry = kt_xml_child(e, "geometry");
     const kt_element *mesh = geometry != NULL ? kt_xml_child(geometry, "mesh") : NULL;
     kt_rotation rotation;
-    kt_collision item = {
-        .element = e, .body = u->draft.bodies.count - 1, .friction = KT_FRICTION_STANDARD, .mask = ~0U};
+    const int body = link->body != NULL ? u->draft.bodies.count - 1 : -1;
+    kt_collision item = {.element = e, .body = body, .friction = KT_FRICTION_STANDARD, .mask = ~0U};
     if (u->source->options->contacts) {
         item.friction = kt_urdf_friction(u, link, e);
         item.rolling = kt_urdf_arm(u, link, "rolling_friction");
@@ -244,10 +244,18 @@ static void name_urdf_joints(kt_urdf *u) {
 
 /* ---- all of them ------------------------------------------------------------------------------------------------- */
 
+/* The collisions of the link `world`, which is no body. */
+static void add_world_collisions(kt_urdf *u, const kt_urdf_link *world) {
+    for (const kt_element *e = kt_xml_child(world->element, "collision"); e != NULL; e = kt_xml_next(e, "collision"))
+        add_urdf_collision(u, world, e);
+}
+
 void kt_urdf_bodies(kt_urdf *u) {
     for (int i = 0; i < u->link_count && !u->r->out_of_memory; i++)
         if (u->links[i].body != NULL)
             make_urdf_body(u, &u->links[i]);
+        else
+            add_world_collisions(u, &u->links[i]);
     if (u->r->out_of_memory || !kt_namer_init(&u->draft.loop_names, u->r, u->joint_count + 1))
         return;
     kt_urdf_settle_masses(u);

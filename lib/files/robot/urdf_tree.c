@@ -150,6 +150,10 @@ static void read_limits(kt_urdf *u, kt_urdf_joint *j) {
         kt_left_count(&u->disordered, limit);
         return;
     }
+    if (lower == (double)INFINITY || upper == -(double)INFINITY) {
+        (void)kt_robot_fault(u->r, limit, "from %g to %g there is no number; exchange the signs", lower, upper);
+        return;
+    }
     j->lower = lower;
     j->upper = upper;
     if (isinf(lower) && isinf(upper))

@@ -596,6 +596,6 @@ kt_status kt_newton_report(const kt_integrator *it, const char *where, kt_error 
                             w->iterations, KT_NEWTON_ITERATIONS_FIXED, 4.0 * DBL_EPSILON * w->last_size);
     return kt_error_set(error, KT_ERROR_STEP, where,
                         "Newton's iteration did not converge: after %d of at most %d iterations a correction was %.3g "
-                        "times the one before; take a smaller step",
+                        "times the one before; take a smaller step, or adaptive ones or bdf2 if a contact opens in it",
                         w->iterations, KT_NEWTON_ITERATIONS_FIXED, w->rate);
 }

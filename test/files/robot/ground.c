@@ -32,6 +32,12 @@ KT_TEST(boxes_below_robots_are_ground) {
          "name='floor'><static>true</static><link name='l'><collision name='c'><geometry><box><size>9 9 .2</size></box>"
          "</geometry></collision></link></model></world></sdf>",
          1},
+        {"<robot name='r'><link name='world'><collision><origin xyz='0 0 -.5'/><geometry><box size='9 9 1'/></geometry>"
+         "</collision></link><link name='b'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' "
+         "ixz='0' iyz='0'/></inertial><collision><geometry><sphere radius='.1'/></geometry></collision></link>"
+         "<joint name='j' type='floating'><parent link='world'/><child link='b'/><origin xyz='0 0 "
+         ".1'/></joint></robot>",
+         1},
     };
     static const kt_robot_options options = {.contacts = true};
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
@@ -43,6 +49,39 @@ KT_TEST(boxes_below_robots_are_ground) {
     static const char standing[] = BOX_WORLD("<geom type='box' size='1 2 .1' pos='0 0 .1'/>", "<freejoint/>");
     const kt_mechanism *m = run_file(kt_test_file(kt_test_folder(), "box.xml", standing), &options, NULL, 5.0);
     kt_check_near("it lies on the upper face", positions_of(m, "a")[2], 0.3, 1e-3);
+}
+
+/* Contacts that the file turns off stay off, with a warning. */
+KT_TEST(flags_turn_contacts_off) {
+#define FLAGGED(flag)                                                                                                  \
+    "<mujoco><option><flag " flag "/></option><worldbody><geom type='plane' size='9 9 1'/><body name='a' "             \
+    "pos='0 0 .5'><freejoint/><geom type='sphere' size='.1' mass='1'/></body></worldbody></mujoco>"
+    static const struct {
+        const char *text;
+        int contacts;
+    } table[] = {{FLAGGED("contact='disable'"), 0},
+                 {FLAGGED("constraint='disable'"), 0},
+                 {FLAGGED("contact='enable'"), 1},
+                 {FLAGGED("limit='disable'"), 1}};
+#undef FLAGGED
+    static const kt_robot_options options = {.contacts = true};
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        const kt_scene *scene = test_robot(table[i].text, &options);
+        kt_check_equal_int(table[i].text, scene->description.effect_count, table[i].contacts);
+        kt_check_equal_int("warning", has_ranked_note(scene, KT_NOTE_RANK_MOTION, "turns contacts off"),
+                           table[i].contacts == 0);
+    }
+}
+
+/* A robot that moves beside a wall could touch this wall, although the wall belongs to the world, which carries the
+ * robot. A box that is ground is touched, and needs no warning. */
+KT_TEST(walls_beside_robots_are_a_warning) {
+    static const kt_robot_options options = {.contacts = true, .has_ground = true};
+    static const char wall[] = BOX_WORLD("<geom type='box' size='.1 2 1' pos='2 0 .1'/>", "<freejoint/>"),
+                      floor[] = BOX_WORLD("<geom type='box' size='1 2 .1' pos='0 0 .1'/>", "<freejoint/>");
+    kt_check_true("wall", has_ranked_note(test_robot(wall, &options), KT_NOTE_RANK_MOTION, "other geoms than planes"));
+    kt_check_true("floor",
+                  !has_ranked_note(test_robot(floor, &options), KT_NOTE_RANK_MOTION, "other geoms than planes"));
 }
 
 /* With contacts, limits act: an arm of 1 kg at 0.5 m falls on its stop and rests there within the softness of MuJoCo's

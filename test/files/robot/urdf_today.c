@@ -118,6 +118,23 @@ KT_TEST(bounds_may_be_infinite) {
     kt_check_true("of MJCF", isinf(limits.lower) && isinf(limits.upper));
 }
 
+/* A range without a number, such as from inf to inf, has a message with its place. */
+KT_TEST(empty_bounds_are_rejected) {
+    static const char *const table[] = {
+        ARM("", INERTIAL("1", "1", "1", "1"), LIMITS("inf", "inf")),
+        ARM("", INERTIAL("1", "1", "1", "1"), LIMITS("-inf", "-inf")),
+        "<mujoco><worldbody><body name='a'><joint name='j' range='inf inf'/><geom "
+        "size='.1'/></body></worldbody></mujoco>",
+        "<mujoco><worldbody><body name='a'><joint name='j' actuatorfrcrange='-inf -inf'/><geom size='.1'/></body>"
+        "</worldbody></mujoco>",
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        kt_scene scene = {0};
+        kt_check_equal_int(table[i], parse(table[i], &plain, &scene), KT_ERROR_SCENE);
+        kt_check_contains("message", faults.text, "inf there is no number; exchange the signs");
+    }
+}
+
 /* ---- MuJoCo's compiler, masses ----------------------------------------------------------------------------------- */
 
 #define COMPILER(settings) "<mujoco><compiler " settings "/></mujoco>"
