@@ -43,7 +43,7 @@ kt_rest *kt_rest_init(size_t rows, size_t columns, void *memory) {
 }
 
 kt_rest_item *kt_rest_add(kt_rest *rest, kt_rest_type type, double friction, double least, double metric) {
-    assert(metric > 0.0 && (type == KT_REST_FREE || friction >= 0.0));
+    assert(type == KT_REST_FREE || friction >= 0.0);
     kt_rest_item *item = &rest->item[rest->n++];
     *item = (kt_rest_item){.type = type, .row = rest->rows, .friction = friction, .least = least, .metric = metric};
     rest->rows += type == KT_REST_CONE ? 3 : 1;

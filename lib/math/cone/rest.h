@@ -71,7 +71,8 @@ static const double kt_rest_exact = 1e-9;
 /* Bytes of a problem of so many forces and equations, and the problem, without items, in memory of that size. */
 size_t kt_rest_size(size_t rows, size_t columns);
 kt_rest *kt_rest_init(size_t rows, size_t columns, void *memory);
-/* Adds an item, whose rows follow the rows of earlier items. */
+/* Adds an item, whose rows follow the rows of earlier items. A metric that is not positive counts as 1: no force moves
+ * an item that other loops hold. */
 kt_rest_item *kt_rest_add(kt_rest *rest, kt_rest_type type, double friction, double least, double metric);
 
 /* Finds p0 from forces p that satisfy A p = c. */

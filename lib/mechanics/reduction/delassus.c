@@ -289,8 +289,7 @@ static void find_square(const sweep *s, kt_real4 *square) {
 }
 
 kt_condition KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
-    assert(model->group[g].form == KT_FORM_DELASSUS);
-    assert(g < model->n.group);
+    assert(g < model->n.group && model->group[g].form == KT_FORM_DELASSUS);
     kt_real4 square[KT_DELASSUS_MAX], c[KT_DELASSUS_MAX];
     sweep s;
     if (!find_delassus_equations(model, data, g, rows, true, &s))
@@ -340,8 +339,7 @@ static void write_step(const sweep *s, kt_real4 lambda, kt_real1 *step) {
 }
 
 void KT_KERNEL(kt_delassus_least)(const kt_model *model, kt_data *data, size_t g, kt_real1 *step) {
-    assert(model->group[g].form == KT_FORM_DELASSUS);
-    assert(g < model->n.group);
+    assert(g < model->n.group && model->group[g].form == KT_FORM_DELASSUS);
     kt_real4 mu = kt_zero4(), lambda = mu;
     sweep s;
     (void)find_delassus_equations(model, data, g, data->factored[g], true, &s);
@@ -512,8 +510,7 @@ KT_INLINE void add_responses(const sweep *s, bool planar, kt_real4 mu) {
 }
 
 kt_condition KT_KERNEL(kt_delassus_solve)(const kt_model *model, kt_data *data, size_t g, const kt_const1 *gravity) {
-    assert(model->group[g].form == KT_FORM_DELASSUS);
-    assert(g < model->n.group);
+    assert(g < model->n.group && model->group[g].form == KT_FORM_DELASSUS);
     sums to = {.force = kt_zero4()};
     kt_real4 mu = kt_zero4();
     sweep s;

@@ -72,5 +72,7 @@ kt_status kt_integrator_check_memory(const kt_integrator *it, const kt_integrato
         return reject_word(wrong->name, value, error);
     if (memory->window > memory->counts.steps + memory->counts.rejected)
         return reject_word("window", (double)memory->window, error);
+    if (memory->has_previous && memory->last_step == 0.0) /* dense output divides by the step */
+        return reject_word("last_step", memory->last_step, error);
     return check_history(it, history, error);
 }

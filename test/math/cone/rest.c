@@ -389,3 +389,18 @@ KT_TEST(forces_of_rest_are_the_least_in_any_order_and_for_any_mass) {
     free(memory);
     free(p);
 }
+
+/* A joint that other loops hold has the metric 0, or a rounding error below it. */
+KT_TEST(an_item_that_no_force_moves_counts_with_the_weight_1) {
+    static _Alignas(64) char memory[1 << 12];
+    for (int k = 0; k < 2; k++) {
+        kt_rest *rest = kt_rest_init(1, 1, memory);
+        (void)kt_rest_add(rest, KT_REST_DRY, 2.0, 0.0, k == 0 ? 0.0 : -1e-18);
+        rest->p[0] = 1.5;
+        rest->matrix[0] = 1.0;
+        kt_rest_begin(rest);
+        kt_rest_find_margin(rest);
+        kt_check_below("force, N m, error", fabs(kt_rest_force(rest, 0) - 1.5), 1e-15);
+        kt_check_below("margin, error", fabs(rest->margin - kt_rest_cap), 1e-15); /* the reserve is 0.33 of the force */
+    }
+}

@@ -171,6 +171,7 @@ KT_TEST(every_number_of_a_checkpoint_is_checked) {
     KT_REJECTD(bad.previous_t = HUGE_VAL);
     KT_REJECTD(bad.origin = (double)NAN);
     KT_REJECTD(bad.last_step = -HUGE_VAL);
+    KT_REJECTD(bad.last_step = 0.0);
     KT_REJECTD(bad.next_step = HUGE_VAL);
     KT_REJECTD(bad.control_error = HUGE_VAL);
     KT_REJECTD(bad.control_error = (double)NAN);
