@@ -322,6 +322,7 @@ static kt_status choose_first(kt_integrator *it, double t_limit, double *propose
     }
     h = h < most ? h : most;
     *least = fmax(o->min_step, 16.0 * DBL_EPSILON * fmax(fabs(t), h < left ? h : left));
+    *least = fmax(*least, DBL_TRUE_MIN); /* the product is 0 for h near it, and a step of 0 never ends */
     *proposed = h > *least ? h : *least;
     return KT_OK;
 }
@@ -347,7 +348,10 @@ static kt_status plan_next(kt_integrator *it, kt_attempt *a, kt_error *error) {
         return report_steps_used_up(it, error);
     a->plan = (kt_plan_of_try){.interval = {.t = it->memory.t, .y = it->y}};
     plan_adaptive(it, a->t_limit, a->proposed, &a->plan);
-    return KT_OK;
+    if (isfinite(a->plan.interval.h))
+        return KT_OK;
+    return kt_error_set(error, KT_ERROR_STEP, kt_where_format("t = %.17g", it->memory.t).text,
+                        "nothing limits the next step, which leads beyond the largest number: give t_limit or max_step");
 }
 
 static kt_status begin_adaptive(kt_integrator *it, kt_attempt *a, kt_error *error) {

@@ -313,6 +313,31 @@ KT_TEST(a_motion_that_does_not_get_on_ends_after_a_bounded_number_of_tries) {
     }
 }
 
+static int no_motion(double t, const double *y, double *dydt, void *user) {
+    (void)t;
+    (void)y;
+    (void)user;
+    dydt[0] = dydt[1] = 0.0;
+    return 0;
+}
+
+/* At rest, each step is longer than the last one by the largest factor. */
+KT_TEST(steps_without_a_limit_end_before_the_largest_number) {
+    static const char *const methods[] = {"dopri5", "rkc4", "rodas5p"};
+    const kt_integrator_callbacks callbacks = {no_motion, NULL, NULL};
+    for (size_t i = 0; i < sizeof methods / sizeof *methods; i++) {
+        kt_error error;
+        kt_status status = KT_OK;
+        kt_integrator *it = integrator_make(kt_method_find(methods[i]), 2, tolerance(1e-6, 1e-6));
+        kt_fine("start", kt_integrator_start(it, 0.0, (double[]){1.0, 2.0}, &callbacks, &error), &error);
+        for (int k = 0; k < 2000 && status == KT_OK; k++)
+            status = kt_integrator_step(it, HUGE_VAL, &error);
+        kt_check_equal_int(methods[i], status, KT_ERROR_STEP);
+        kt_check_contains("words", error.message, "leads beyond the largest number");
+        kt_check_true("the time is finite", isfinite(kt_integrator_time(it)));
+    }
+}
+
 static int oscillation(double t, const double *y, double *dydt, void *user) {
     (void)t;
     (void)user;
