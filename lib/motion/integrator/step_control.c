@@ -68,6 +68,7 @@ double kt_control_initial(kt_integrator *it, double direction, double limit, kt_
     const bool has_scale = d0 >= 1e-5 && d1 >= 1e-5 && isfinite(d1);
     double h0 = has_scale ? 0.01 * d0 / d1 : 1e-6;
     h0 = h0 < 0.5 * limit ? h0 : 0.5 * limit; /* half, so that rounding does not lead beyond the limit */
+    h0 = h0 > 0.0 ? h0 : limit;               /* half of the least number is 0 */
 
     /* If f cannot be computed at that distance, a hundredth of it is tried, up to eight times in all. */
     kt_try_result reached = KT_TRY_RECOVERABLE;
