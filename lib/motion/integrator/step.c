@@ -350,8 +350,9 @@ static kt_status plan_next(kt_integrator *it, kt_attempt *a, kt_error *error) {
     plan_adaptive(it, a->t_limit, a->proposed, &a->plan);
     if (isfinite(a->plan.interval.h))
         return KT_OK;
-    return kt_error_set(error, KT_ERROR_STEP, kt_where_format("t = %.17g", it->memory.t).text,
-                        "nothing limits the next step, which leads beyond the largest number: give t_limit or max_step");
+    return kt_error_set(
+        error, KT_ERROR_STEP, kt_where_format("t = %.17g", it->memory.t).text,
+        "nothing limits the next step, which leads beyond the largest number: give t_limit or max_step");
 }
 
 static kt_status begin_adaptive(kt_integrator *it, kt_attempt *a, kt_error *error) {
