@@ -164,15 +164,22 @@ static void check_unused_expressions(kt_reader *r) {
     }
 }
 
-/* Expressions that nothing uses are read for their faults. They are no uses of parameters. */
+/* Expressions that nothing uses are read for their faults. They are no uses of parameters or
+ * tables. */
 void kt_expressions_check(kt_reader *r) {
     const size_t count = (size_t)r->scene->parameter_count;
     kt_named_number *before = kt_reader_take(r, &r->scratch, count + 1, sizeof *before);
-    if (before == NULL)
+    const size_t tables = (size_t)r->scene->description->table_count;
+    bool *used_before = kt_reader_take(r, &r->scratch, tables + 1, sizeof *used_before);
+    if (before == NULL || used_before == NULL)
         return;
     if (count > 0)
         memcpy(before, r->scene->parameters, count * sizeof *before);
+    if (tables > 0)
+        memcpy(used_before, r->scene->table_is_used, tables * sizeof *used_before);
     check_unused_expressions(r);
+    if (tables > 0)
+        memcpy(r->scene->table_is_used, used_before, tables * sizeof *used_before);
     for (size_t k = 0; k < count; k++) {
         r->scene->parameters[k].is_used = before[k].is_used;
         r->scene->parameters[k].hidden_line = before[k].hidden_line;

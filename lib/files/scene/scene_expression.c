@@ -213,14 +213,28 @@ static bool names_motion(const char *text) {
     return strncmp(text, "position.", 9) == 0 || strncmp(text, "velocity.", 9) == 0;
 }
 
-/* Whether a text begins with the name of a lookup table. */
-static bool names_table(const kt_reader *r, const char *text) {
+static const char name_characters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_.";
+
+/* The lookup table with whose name a text begins; -1: there is none. */
+static int find_named_table(const kt_reader *r, const char *text) {
     const kt_description *d = r->scene->description;
-    const size_t length = strspn(text, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_");
+    const size_t length = strspn(text, name_characters);
     for (int k = 0; k < d->table_count; k++)
         if (strlen(d->tables[k].name) == length && strncmp(d->tables[k].name, text, length) == 0)
-            return true;
-    return false;
+            return k;
+    return -1;
+}
+
+/* Notes which tables a formula calls. */
+static void note_used_tables(kt_reader *r, const char *text) {
+    if (r->scene->description->table_count == 0)
+        return;
+    for (text += strcspn(text, name_characters); *text != '\0'; text += strcspn(text, name_characters)) {
+        const int table = find_named_table(r, text);
+        if (table >= 0)
+            r->scene->table_is_used[table] = true;
+        text += strspn(text, name_characters);
+    }
 }
 
 /* Reads a formula whose expressions are written out; NULL after reporting a fault. */
@@ -233,7 +247,7 @@ static const kt_expression *parse_written(kt_reader *r, const kt_scope *scope, c
         (void)kt_error_set(&error, KT_ERROR_SCENE, "",
                            "a function of time cannot use positions or velocities; for a force that depends on the "
                            "motion, use an effect of the type 'expression'");
-    if (expression == NULL && is_of_time && at >= 0 && names_table(r, written->text + at))
+    if (expression == NULL && is_of_time && at >= 0 && find_named_table(r, written->text + at) >= 0)
         (void)kt_error_set(
             &error, KT_ERROR_SCENE, "",
             "a function of time calls no lookup table; write {table: ROWS}, or use an effect of the type "
@@ -264,6 +278,7 @@ bool kt_read_formula(kt_reader *r, const kt_scope *scope, kt_node *node, const k
     }
     if (!is_expected(r, scope, node, expression, angle))
         return false;
+    note_used_tables(r, written.text);
     const char *filled = fill_in(r, written.text, expression);
     if (filled == NULL)
         return r->out_of_memory ? false

@@ -303,9 +303,16 @@ static void note_expression(kt_reader *r, const char *path, const kt_node *key, 
     put_note(r, path, key->line, key->column, what.text, note);
 }
 
+static void note_table(kt_reader *r, const char *path, const kt_node *key, kt_scene_note *note) {
+    kt_phrase what = {.length = 0};
+    kt_phrase_add(&what, "no formula calls the table '%.60s'; write %.60s(x) in a formula, or remove it", key->of.text,
+                  key->of.text);
+    put_note(r, path, key->line, key->column, what.text, note);
+}
+
 static bool is_noted(const kt_named_number *parameter) { return !parameter->is_used || parameter->hidden_line != 0; }
 
-/* A parameter or an expression without a use is noted, since it was probably meant to be used. So is a parameter that
+/* A parameter, a table or an expression without a use is noted, since it was probably meant to be used. So is a parameter that
  * a variable of some formula hides. */
 static void note_unused(kt_reader *r, const char *path, kt_scene *scene) {
     int count = 0;
@@ -313,6 +320,8 @@ static void note_unused(kt_reader *r, const char *path, kt_scene *scene) {
         count += is_noted(&r->scene->parameters[k]);
     for (int k = 0; kt_expression_unused(r, k) != NULL; k++)
         count++;
+    for (int k = 0; k < scene->description.table_count; k++)
+        count += !r->scene->table_is_used[k];
     kt_scene_note *notes = count > 0 ? kt_reader_take(r, &r->keep, (size_t)count, sizeof *notes) : NULL;
     if (notes == NULL)
         return;
@@ -323,6 +332,9 @@ static void note_unused(kt_reader *r, const char *path, kt_scene *scene) {
     const kt_node *key;
     for (int k = 0; (key = kt_expression_unused(r, k)) != NULL; k++)
         note_expression(r, path, key, &notes[scene->note_count++]);
+    for (int k = 0; k < scene->description.table_count; k++)
+        if (!r->scene->table_is_used[k])
+            note_table(r, path, r->scene->table_keys[k], &notes[scene->note_count++]);
     scene->notes = notes;
 }
 

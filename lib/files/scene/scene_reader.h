@@ -36,6 +36,8 @@ typedef struct kt_scene_reading {
     kt_names parameter_names;   /* to indices */
     kt_named_formula *named;    /* formulas of `expressions`; see named.c */
     int named_count;
+    kt_node **table_keys;        /* as the tables of the description */
+    bool *table_is_used;         /* likewise */
     bool gives_step, is_alone;   /* as in kt_scene_options */
     const char *const *settings; /* texts that have replaced values of the file */
     kt_scene_variables *varying; /* NULL: none */

@@ -146,7 +146,10 @@ void kt_tables_read(kt_reader *r, kt_description *description) {
     }
     kt_lookup *tables = kt_reader_take(r, &r->keep, (size_t)map->count + 1, sizeof *tables);
     int count = 0;
-    for (kt_node *key = map->of.first; tables != NULL && key != NULL; key = key->next->next) {
+    r->scene->table_keys = kt_reader_take(r, &r->scratch, (size_t)map->count + 1, sizeof *r->scene->table_keys);
+    r->scene->table_is_used = kt_reader_take(r, &r->scratch, (size_t)map->count + 1, sizeof *r->scene->table_is_used);
+    for (kt_node *key = map->of.first; !r->out_of_memory && key != NULL; key = key->next->next) {
+        r->scene->table_keys[count] = key;
         for (int i = 0; i < count; i++)
             if (key->kind == KT_NODE_TEXT && strcmp(tables[i].name, key->of.text) == 0)
                 (void)kt_fault_at(r, KT_ERROR_SCENE, &scope, key, "there is a table '%.40s' already; rename one",

@@ -134,6 +134,31 @@ KT_TEST(an_expression_that_nothing_uses_hides_no_parameter) {
         kt_check_contains("what", scene->notes[0].what, "nothing uses the expression 'twice'");
 }
 
+/* A table that no formula calls is noted, also if an expression without a use calls it. */
+KT_TEST(a_table_that_no_formula_calls_is_noted) {
+    static const struct {
+        const char *formula;
+        int notes;
+    } cases[] = {{"lift(position.a)", 1},
+                 {"2*lift (position.a) + 1", 1},
+                 {"half", 0},
+                 {"position.a", 2},
+                 {"lifted(position.a)", 1}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        kt_scene *scene = kt_test_scene_of(
+            "kinetree: 1\ntables:\n  lift: {rows: [[0, 0], [1, 2]]}\n  lifted: {rows: [[0, 0], [1, 2]]}\n"
+            "expressions: {half: 0.5*lift(position.a) + lifted(1), none: lift(1)}\n"
+            "bodies:\n  - {name: a, joint: {type: prismatic}, mass: 1}\n"
+            "effects:\n  - {type: expression, joint: a, force: \"%s\"}\n",
+            cases[i].formula);
+        int tables = 0;
+        for (int k = 0; k < scene->note_count; k++)
+            tables += strstr(scene->notes[k].what, "no formula calls the table 'lift") != NULL;
+        kt_note("%s", cases[i].formula);
+        kt_check_equal_int("notes on tables", tables, cases[i].notes);
+    }
+}
+
 /* An event sets an auxiliary state of the parameter's name, which the formula reads: nothing is hidden. */
 KT_TEST(a_parameter_that_an_event_sets_is_not_hidden) {
     kt_scene *scene = kt_test_scene("kinetree: 1\nparameters: {k: 4}\n"
