@@ -228,7 +228,7 @@ class Train:
         return k
 
     def grow(self):
-        kind, draw = self.draw.integers(0, 4), self.draw
+        kind, draw = self.draw.integers(0, 5), self.draw
         first = int(draw.choice([k for k, b in enumerate(self.bodies) if b["radius"] > 0]))
         one, direction = self.bodies[first], draw.uniform(-math.pi, math.pi)
         e = numpy.array([math.cos(direction), math.sin(direction)])
@@ -236,6 +236,8 @@ class Train:
         if kind == 3 and host is None:  # a planet on a carrier about the first wheel
             host, at = self.carrier(first), numpy.zeros(2)
         z = [int(draw.integers(12, 60)) for _ in range(2)]
+        if kind == 4:
+            return self.wrap(first, e)
         if kind == 1:  # a belt, open or crossed
             crossed, apart = bool(draw.integers(0, 2)), float(draw.uniform(0.3, 0.6))
             second = self.place(host, at + apart * e)
@@ -261,6 +263,21 @@ class Train:
         self.contacts.append(("gear", first, second, *sizes))
         self.loops += f"  - {{name: c{len(self.contacts)}, type: gear, between: [b{first}, b{second}], {keys}}}\n"
 
+    def wrap(self, first, e):
+        """A belt around three pulleys, one of them on an arm about the first, which the belt holds. Spans are the sides of the belt."""
+        draw, one = self.draw, self.bodies[first]
+        second = self.place(one["host"], one["at"] + float(draw.uniform(0.3, 0.6)) * e)
+        turn = float(draw.choice((-1, 1)) * draw.uniform(math.pi / 3, 2 * math.pi / 3))
+        arm = self.carrier(first)
+        third = self.place(arm, float(draw.uniform(0.3, 0.5)) * numpy.array([e[0] * math.cos(turn) - e[1] * math.sin(turn),
+                                                                             e[0] * math.sin(turn) + e[1] * math.cos(turn)]))
+        radius = [float(draw.choice((-1, 1)) * draw.uniform(0.03, 0.1)) for _ in range(3)]
+        for k, (start, end) in enumerate(((first, second), (second, third), (third, first))):
+            r1, r2 = radius[k], radius[(k + 1) % 3]
+            self.contacts.append(("span", start, end, r1, r2))
+            self.loops += (f"  - {{name: c{len(self.contacts)}, type: span, between: [b{start}, b{end}], radius: {r1!r}, "
+                           f"radius2: {r2!r}}}\n")
+
     def text(self):
         for k, body in enumerate(self.bodies):
             body["load"] = float(self.draw.uniform(-1, 1))
@@ -280,8 +297,8 @@ class Train:
         return x
 
     def rows(self, x):
-        """J: pins (two rows each, on the body at its centre), then a unit force on the second body of each mesh, and opposite forces of
-        half a unit in both spans of a belt. Besides, the rows of a unit tension in both spans."""
+        """J: pins (two rows each, on the body at its centre), then a unit force on the second body of each mesh or span, and opposite
+        forces of half a unit in both spans of a belt of two pulleys. Besides, the rows of a unit tension in both spans."""
         n, rows, rests = len(self.bodies), [], []
         for k, body in enumerate(self.bodies):
             for axis in range(2):
@@ -301,7 +318,7 @@ class Train:
                 lines = [(left, r1 * e - d)]
             else:
                 lines = []
-                for side in (1, -1):  # the span leaves both circles on one side: m . d = rho_1 - rho_2
+                for side in (1, -1) if kind == "belt" else (1,):  # the span leaves both circles on one side: m . d = rho_1 - rho_2
                     sine = (side * r1 - side * r2) / numpy.hypot(*d)
                     along = math.sqrt(1 - sine**2) * e - sine * left
                     m = numpy.array([-along[1], along[0]])
@@ -314,8 +331,8 @@ class Train:
                 row[first] -= [*force, other[0] * force[1] - other[1] * force[0]]
                 forces.append(row)
             # the pins keep the distance of the pulleys: the spans differ from the tension at rest by opposite forces
-            rows.append(forces[0] if kind == "gear" else 0.5 * (forces[0] - forces[1]))
-            rests.append(numpy.zeros((n, 3)) if kind == "gear" else forces[0] + forces[1])
+            rows.append(0.5 * (forces[0] - forces[1]) if kind == "belt" else forces[0])
+            rests.append(forces[0] + forces[1] if kind == "belt" else numpy.zeros((n, 3)))
         return numpy.array([row.ravel() for row in rows]), rests
 
     def solve(self, q, v):
@@ -353,7 +370,7 @@ class Train:
 
 
 def trains():
-    draw, worst, loads, count, meshes, belts, planets = numpy.random.default_rng(82), 0.0, 0.0, 0, 0, 0, 0
+    draw, worst, loads, count, meshes, belts, wraps, planets = numpy.random.default_rng(82), 0.0, 0.0, 0, 0, 0, 0, 0
     while count < 200:
         train = Train(draw)
         for _ in range(int(draw.integers(1, 5))):
@@ -371,10 +388,11 @@ def trains():
                 for axis in range(2):
                     loads = max(loads, abs(row[f"reaction.b{k}.f{'xy'[axis]}"] - pins[k, axis]) / size)
         count += 1
+        wraps += sum(c[0] == "span" for c in train.contacts) // 3
         meshes += sum(c[0] == "gear" for c in train.contacts)
         belts += sum(c[0] == "belt" for c in train.contacts)
         planets += sum(b["host"] is not None for b in train.bodies)
-    note(f"{count} trains: {meshes} meshes, {belts} belts, {planets} wheels on carriers")
+    note(f"{count} trains: {meshes} meshes, {belts} belts of two pulleys and {wraps} of three, {planets} wheels on carriers")
     holds("accelerations against absolute coordinates", worst, 1e-9)
     holds("loads of bearings against absolute coordinates", loads, 1e-9)
 
