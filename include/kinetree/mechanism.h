@@ -80,7 +80,7 @@ KT_API KT_CHECKED kt_status kt_acceleration_evaluate(const kt_model *model, kt_d
                                                      const double *v, const double *tau, const kt_wrench *external,
                                                      double *a, kt_error *error);
 
-/* Returns whether derivatives of a model are partly computed by differences, since an effect of the caller gives none.
+/* Returns whether derivatives of a model are partly differences: of a caller's effects, and of loads of friction.
  * Returns false without a model.
  * Cost: O(effects). */
 KT_API bool kt_model_is_differenced(const kt_model *model);
@@ -373,8 +373,8 @@ KT_API KT_CHECKED kt_status kt_loop_nullspace(const kt_model *model, kt_data *da
                                               double *basis, int *columns, kt_error *error);
 
 /* Computes the generalised forces Q (nv) of all effects at (t, q, v): their joint forces, and J' times their wrenches
- * on bodies.
- * Errors: KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK.
+ * on bodies. Friction that is proportional to reactions is that of the last accelerations, of this q and v.
+ * Errors: KT_ERROR_ARGUMENT if the data do not hold these; KT_ERROR_NOT_FINITE, KT_ERROR_EFFECT, KT_ERROR_CALLBACK.
  * Cost: O(bodies + effects). */
 KT_API KT_CHECKED kt_status kt_effect_forces(const kt_model *model, kt_data *data, double t, const double *q,
                                              const double *v, double *forces, kt_error *error);

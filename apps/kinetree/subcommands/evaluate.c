@@ -213,6 +213,23 @@ static kt_status add_slip_friction(kt_evaluation *e, kt_error *error) {
     return status;
 }
 
+/* Whether friction of a joint is proportional to a reaction. */
+static bool rubs_under_load(const kt_description *d) {
+    for (int i = 0; i < d->effect_count; i++)
+        if (d->effects[i].type == KT_EFFECT_JOINT_FRICTION &&
+            (d->effects[i].friction > 0.0 || d->effects[i].efficiency != 1.0))
+            return true;
+    return false;
+}
+
+/* Q. Friction from a load follows from accelerations, which the data hold then. */
+static kt_status find_applied_forces(kt_evaluation *e, kt_error *error) {
+    kt_status status = KT_OK;
+    if (rubs_under_load(&e->scene->description) && !e->lacks_inertia)
+        status = kt_acceleration_evaluate(e->model, e->data, 0.0, e->q, e->v, NULL, NULL, e->applied, error);
+    return status == KT_OK ? kt_effect_forces(e->model, e->data, 0.0, e->q, e->v, e->applied, error) : status;
+}
+
 static kt_status compute_evaluation(kt_evaluation *e, kt_error *error) {
     const kt_model *model = e->model;
     kt_status status = KT_OK;
@@ -234,7 +251,7 @@ static kt_status compute_evaluation(kt_evaluation *e, kt_error *error) {
         status = KT_OK;
     }
     if (status == KT_OK)
-        status = kt_effect_forces(model, e->data, 0.0, e->q, e->v, e->applied, error);
+        status = find_applied_forces(e, error);
     if (status == KT_OK && !e->lacks_inertia && contact_slips(model))
         status = add_slip_friction(e, error);
     if (status == KT_OK && e->basis != NULL)

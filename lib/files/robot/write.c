@@ -72,6 +72,8 @@ static void take_effect(kt_export *x, const kt_effect *e, kt_robot_format format
         f->damping += e->viscous;
         f->friction += e->coulomb;
         kt_export_lose(x, "smoothing and breakaway of joint_friction");
+        if (e->friction > 0.0 || e->efficiency != 1.0)
+            kt_export_lose(x, "friction that is proportional to a load (joint_friction)");
     } else if (f != NULL && e->type == KT_EFFECT_JOINT_SPRING && format == KT_ROBOT_MJCF && f->stiffness == 0.0 &&
                (e->rest.type == KT_FUNCTION_NONE || e->rest.type == KT_FUNCTION_CONSTANT)) {
         f->stiffness = e->stiffness;

@@ -99,12 +99,15 @@ static kt_status solve_derivative_columns(work *w, size_t columns, double *d, co
     return status == KT_OK && !kt_all_finite(d, n * columns) ? kt_derivatives_overflow(error) : status;
 }
 
-/* da/dtau: D = -1. */
-static kt_status solve_force_derivatives(work *w, kt_error *error) {
+/* da/dtau: D = -1, and the changes of friction from loads. */
+static kt_status solve_force_derivatives(work *w, const kt_dynamic_state *at, kt_error *error) {
     const size_t n = w->of.n;
     memset(w->d_tau, 0, n * n * sizeof *w->d_tau);
     for (size_t j = 0; j < n; j++)
         w->d_tau[j * n + j] = -1.0;
+    const kt_status status = kt_linearized_load_forces(&w->of, at, w->d_tau, error);
+    if (status != KT_OK)
+        return status;
     return solve_derivative_columns(w, n, w->d_tau, NULL, error);
 }
 
@@ -151,7 +154,7 @@ kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, v
     if (status != KT_OK)
         return status;
     const size_t used = kt_linearized_init(&w.of, memory, model, data, at->t, kt_linearized_is_dense(model));
-    w.of.estimates = true;
+    w.of.estimates = w.of.exact = true;
     (void)lay_out_derivatives(&w, (char *)memory + used, model);
     status = kt_linearized_fill(&w.of, at, a, error);
     if (status == KT_OK)
@@ -165,7 +168,7 @@ kt_status kt_acceleration_derivatives_at(const kt_model *model, kt_data *data, v
     if (status == KT_OK && w.of.error > 0.0 && !to->uncertain)
         status = reject_unknown_accelerations(&w, error);
     if (status == KT_OK && to->by.tau)
-        status = solve_force_derivatives(&w, error);
+        status = solve_force_derivatives(&w, at, error);
     if (status != KT_OK)
         return status;
     kt_copy(to->by.q, w.of.d_q, bytes);

@@ -34,7 +34,6 @@
 #include "effect/effect.h"
 #include "evaluate/effect_formula.h"
 #include "evaluate/evaluate.h"
-#include "evaluate/load_friction.h"
 #include "evaluate/relative_force.h"
 
 #include <string.h>
@@ -456,7 +455,7 @@ static void subtract_joint_force(const kt_effects_state *s, const kt_effect_reco
     double derivative[2];
     find_joint_derivatives(s, effect, s->at->q[link->q], s->at->v[link->v], derivative);
     d_q[diagonal] -= derivative[0];
-    d_v[diagonal] -= derivative[1] + kt_load_damping(s->model, s->data, effect, s->at->v[link->v]);
+    d_v[diagonal] -= derivative[1];
 }
 
 kt_status kt_effects_differentiate(const kt_model *model, kt_data *data, const kt_dynamic_state *at,

@@ -28,7 +28,7 @@ bool kt_model_is_differenced(const kt_model *model) {
     for (size_t i = 0; model && i < model->n.x; i++)
         if (kt_law_is_differenced(&model->state[i]))
             return true;
-    return model && has_differenced_forces(model);
+    return model && (model->n.loaded > 0 || has_differenced_forces(model));
 }
 
 kt_status kt_linearized_sum_effects(kt_linearized *w, const double *q, const double *v, bool differenced, double *f,

@@ -30,6 +30,7 @@
 #include "derivative/loop_response.h"
 #include "dynamics/dynamics.h"
 #include "dynamics/dynamics_derivative.h"
+#include "evaluate/load_friction.h"
 #include "linear/cholesky.h"
 
 #include <math.h>
@@ -113,6 +114,8 @@ static kt_status fill_loop_stiffness(kt_linearized *w, const kt_dynamic_state *a
         return status;
     for (size_t i = 0; i < w->n; i++)
         w->change[i] -= (at->tau ? at->tau[i] : 0.0) + w->force[i];
+    for (size_t k = 0; k < w->model->n.loaded; k++)
+        w->change[w->model->link[kt_loaded_effect(w->model, k)->link[0]].v] -= w->load_friction[k];
     if (w->dense)
         kt_jacobian_qr_multipliers(&w->qr, w->change, w->lambda);
     else
@@ -129,10 +132,12 @@ static kt_status fill_loop_stiffness(kt_linearized *w, const kt_dynamic_state *a
 
 kt_status kt_linearized_fill(kt_linearized *w, const kt_dynamic_state *at, const double *a, kt_error *error) {
     kt_status status = KT_OK;
+    if (w->model->n.loaded > 0)
+        status = kt_linearized_find_loads(w, at, error);
+    else if (!a)
+        status = kt_acceleration_trusted(w->model, w->data, at, w->a, error);
     if (a)
         memcpy(w->a, a, w->n * sizeof *w->a);
-    else
-        status = kt_acceleration_trusted(w->model, w->data, at, w->a, error);
     if (status == KT_OK)
         status = reject_singular_equations(w, at, error);
     if (status == KT_OK)
@@ -142,7 +147,9 @@ kt_status kt_linearized_fill(kt_linearized *w, const kt_dynamic_state *at, const
                                           &(kt_state_derivatives){w->force_x, w->rate_q, w->rate_v, w->rate_x}, error);
     if (status == KT_OK && w->p)
         status = fill_loop_stiffness(w, at, error);
-    return status == KT_OK ? kt_linearized_difference_effects(w, at->q, at->v, error) : status;
+    if (status == KT_OK)
+        status = kt_linearized_difference_effects(w, at->q, at->v, error);
+    return status == KT_OK ? kt_linearized_subtract_loads(w, at, error) : status;
 }
 
 void kt_linearized_copy_rates(const kt_linearized *w, const kt_state_derivatives *to) {
@@ -302,6 +309,7 @@ kt_status kt_stiffness_evaluate_at(const kt_model *model, kt_data *data, void *m
     const bool by_tree = is_along_tree(model);
     const size_t used = kt_linearized_init(&w, memory, model, data, at->t, !by_tree);
     w.estimates = true;
+    w.exact = to->exact;
     status = kt_linearized_fill(&w, at, a, error);
     if (status != KT_OK)
         return status;
@@ -334,7 +342,8 @@ kt_status kt_stiffness_evaluate(const kt_model *model, kt_data *data, void *memo
                       basis || !model->n.group))
         return KT_ERROR_ARGUMENT;
     const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
-    const kt_stiffness_matrices to = {.basis = basis, .mass = mass, .stiffness = stiffness, .damping = damping};
+    const kt_stiffness_matrices to = {
+        .basis = basis, .mass = mass, .stiffness = stiffness, .damping = damping, .exact = true};
     kt_status status = kt_slip_reject(model, "kt_stiffness_evaluate", error);
     if (status == KT_OK)
         status = kt_open_contacts_reject(model, data, &at, error);

@@ -26,6 +26,15 @@
     X(double, change, n, "differences, and a right-hand side")                                                         \
     X(double, best, kt_model_is_differenced(model) ? n : 0, "the differences of the least error")                      \
     X(double, coarse, kt_model_is_differenced(model) ? n : 0, "those of a lower order")                                \
+    X(double, load_friction, model->n.loaded, "friction from loads of the motion (load_derivatives.c)")                \
+    X(double, load_gradient, 3 * model->n.loaded, "its derivatives by the loads, times the signs")                     \
+    X(double, load_slope, model->n.loaded, "its derivatives by the rates of the joints, at constant loads")            \
+    X(double, load_gain, 3 * model->n.loaded * model->n.loaded, "derivatives of the loads by the friction")            \
+    X(double, load_here, 3 * model->n.loaded, "loads of the motion")                                                   \
+    X(double, load_best, 3 * model->n.loaded, "derivatives of loads, the best")                                        \
+    X(double, load_eight, 3 * model->n.loaded, "those of order eight")                                                 \
+    X(double, load_six, 3 * model->n.loaded, "those of order six")                                                     \
+    X(double, load_sample, 3 * model->n.loaded, "loads of a neighbouring state")                                       \
     X(double, jacobian, m *k, "A, p x n")                                                                              \
     X(char, factors, m ? kt_jacobian_qr_init(NULL, NULL, n, p) : 0, "of `qr`")                                         \
     X(double, product, m, "a column of M Z")                                                                           \
@@ -46,6 +55,7 @@ typedef struct kt_linearized {
     double t;
     size_t n, p;
     bool dense;               /* with loops: Q, R and Q' M Z are computed */
+    bool exact;               /* with the changes of loads; false: friction from loads at constant loads */
     bool estimates;           /* next to singular positions `error` is estimated; false: they are rejected */
     double error;             /* error of derivatives by positions, over the coordinates' units; 0 if no singular
                                  position is near */
@@ -75,11 +85,20 @@ KT_CHECKED kt_status kt_linearized_sum_effects(kt_linearized *w, const double *q
 KT_CHECKED kt_status kt_linearized_difference_effects(kt_linearized *w, const double *q, const double *v,
                                                       kt_error *error);
 
+/* Friction from loads (load_derivatives.c). kt_linearized_find_loads: finds the friction of the motion, and leaves the
+ * accelerations in w->a. kt_linearized_subtract_loads: subtracts its derivatives from D. kt_linearized_load_forces:
+ * subtracts those by joint forces from the matrix d_tau (n x n). */
+KT_CHECKED kt_status kt_linearized_find_loads(kt_linearized *w, const kt_dynamic_state *at, kt_error *error);
+KT_CHECKED kt_status kt_linearized_subtract_loads(kt_linearized *w, const kt_dynamic_state *at, kt_error *error);
+KT_CHECKED kt_status kt_linearized_load_forces(kt_linearized *w, const kt_dynamic_state *at, double *d_tau,
+                                               kt_error *error);
+
 /* The results of kt_stiffness_evaluate; unless `states` is NULL, for a model with auxiliary states, with
  * force = -Z' dF/dx (free x states). */
 typedef struct kt_stiffness_matrices {
     double *basis, *mass, *stiffness, *damping;
     const kt_state_derivatives *states;
+    bool exact; /* of kt_linearized */
 } kt_stiffness_matrices;
 
 KT_CHECKED kt_status kt_stiffness_evaluate_at(const kt_model *model, kt_data *data, void *memory, size_t memory_size,

@@ -479,6 +479,11 @@ static kt_status add_wrenches_along(const kt_model *model, kt_data *data, const 
     return status;
 }
 
+static kt_status reject_unknown_load(kt_error *error) {
+    return kt_error_set(error, KT_ERROR_ARGUMENT, "data",
+                        "friction is proportional to a reaction; compute the accelerations of this q and v first");
+}
+
 kt_status kt_effect_forces(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                            double *forces, kt_error *error) {
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, forces || !model->n.v))
@@ -487,9 +492,9 @@ kt_status kt_effect_forces(const kt_model *model, kt_data *data, double t, const
     kt_dynamic_state at = {.t = t, .q = q, .v = v, .tau = model->zero};
     double *all = kt_scratch_part(model, data, 2);
     const kt_input input = {.q = q, .v = v};
-    kt_status status = kt_load_reject(model, "kt_effect_forces", "take the forces from kt_effect_evaluate", error);
-    if (status == KT_OK)
-        status = kt_input_check(model, &input, error);
+    kt_status status = kt_input_check(model, &input, error);
+    if (status == KT_OK && model->n.loaded > 0 && data->load_state != kt_state_hash(model, q, v))
+        return reject_unknown_load(error);
     if (status == KT_OK)
         status = kt_effects_apply(model, data, &at, error);
     if (status != KT_OK)
@@ -497,6 +502,8 @@ kt_status kt_effect_forces(const kt_model *model, kt_data *data, double t, const
     memcpy(all, at.tau, model->n.v * sizeof *all);
     if (at.external)
         status = add_wrenches_along(model, data, q, at.external, all, error);
+    for (size_t k = 0; k < model->n.loaded; k++)
+        all[model->link[kt_loaded_effect(model, k)->link[0]].v] += data->load_friction[k];
     return status == KT_OK ? kt_commit(model, NULL, all, forces, "force", error) : status;
 }
 
@@ -582,9 +589,7 @@ kt_status kt_effect_evaluate(const kt_model *model, const kt_data *data, double 
     if (s.code != 0)
         return reject_code(&s, error);
     if (isnan(kt_load_friction_of(model, data, q, v ? v : model->zero, record)))
-        return kt_error_set(
-            error, KT_ERROR_ARGUMENT, "data",
-            "the friction is proportional to a reaction; compute the accelerations of this q and v first");
+        return reject_unknown_load(error);
     if (!is_load_finite(&found))
         return reject_force(&s, record, error);
     *load = found;

@@ -1,7 +1,6 @@
 /* The accelerations of a whole mechanism: effects are summed, then a tree or a mechanism with loops is computed. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "evaluate/evaluate.h"
-#include "evaluate/load_friction.h"
 
 #include "base/copy.h"
 #include "constraint/rejecting_loop.h"
@@ -109,7 +108,7 @@ const kt_wrench *kt_slip_load(const kt_model *model, kt_data *data, const kt_wre
 
 kt_status kt_slip_reject(const kt_model *model, const char *where, kt_error *error) {
     return model->n.slip == 0
-               ? kt_load_reject(model, where, "derivatives of this friction are not computed; take differences", error)
+               ? KT_OK
                : kt_error_set(
                      error, KT_ERROR_UNSUPPORTED, where,
                      "'%.60s' is a hard contact that slips, and derivatives of its friction are not computed; take "

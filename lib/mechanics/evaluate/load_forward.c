@@ -21,11 +21,10 @@ static const double jammed = 1e-3;
 /* Residuals of the law, relative to the friction: of Newton's method, and of the evaluation. */
 static const double rounding_of_root = 1e-14, agrees = 1e-10;
 
-/* Accelerations under the friction in data->load_friction, and its loads unless `last`. Loads leave the kinematics in
- * place of the links' motion, from which reactions of the caller follow. Therefore the last evaluation is without
- * loads. */
-static kt_status evaluate_loads(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a, bool last,
-                                kt_error *error) {
+/* With `last`, accelerations alone. Loads leave the kinematics in place of the links' motion, from which reactions of
+ * the caller follow. Therefore the last evaluation is without loads. */
+static kt_status evaluate_under_loads(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                                      bool last, kt_error *error) {
     kt_dynamic_state loaded = *at;
     kt_copy_or_clear(data->load_tau, at->tau, model->n.v * sizeof *data->load_tau);
     for (size_t k = 0; k < model->n.loaded; k++)
@@ -35,6 +34,11 @@ static kt_status evaluate_loads(const kt_model *model, kt_data *data, const kt_d
     return status == KT_OK && !last
                ? kt_motion_complete(model, data, &loaded, a, kt_links_scratch(data), data->load_joint, NULL, error)
                : status;
+}
+
+kt_status kt_loads_evaluate(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                            kt_error *error) {
+    return evaluate_under_loads(model, data, at, a, false, error);
 }
 
 /* ---- the forces -------------------------------------------------------------------------------------------------- */
@@ -107,6 +111,13 @@ static size_t solve_load_step(const load_problem *p, double *pivot) {
     return n;
 }
 
+kt_status kt_loads_solve(const kt_model *model, kt_data *data, const kt_dynamic_state *at, kt_error *error) {
+    const load_problem p = {.model = model, .data = data, .at = at, .n = model->n.loaded};
+    double pivot;
+    const size_t stuck = solve_load_step(&p, &pivot);
+    return stuck < p.n ? reject_jam(&p, stuck, pivot, error) : KT_OK;
+}
+
 static kt_status find_friction(const load_problem *p, kt_error *error) {
     for (int step = 0; step < NEWTON_MAX; step++) {
         double pivot;
@@ -132,7 +143,7 @@ static kt_status find_gains(load_problem *p, double *a, kt_error *error) {
     kt_data *d = p->data;
     kt_clear(d->load_friction, p->n * sizeof *d->load_friction);
     kt_clear(d->load_gain, 3 * p->n * p->n * sizeof *d->load_gain);
-    kt_status status = evaluate_loads(p->model, d, p->at, a, false, error);
+    kt_status status = kt_loads_evaluate(p->model, d, p->at, a, error);
     kt_copy(d->load_free, d->load, 3 * p->n * sizeof *d->load);
     p->unit = 0.0;
     for (size_t k = 0; status == KT_OK && k < p->n; k++)
@@ -142,7 +153,7 @@ static kt_status find_gains(load_problem *p, double *a, kt_error *error) {
         if (kt_load_sign(p->model, d, kt_loaded_effect(p->model, k), p->at->v) == 0.0)
             continue;
         d->load_friction[k] = p->unit;
-        status = evaluate_loads(p->model, d, p->at, a, false, error);
+        status = kt_loads_evaluate(p->model, d, p->at, a, error);
         for (size_t c = 0; c < 3 * p->n; c++)
             d->load_gain[3 * k * p->n + c] = (d->load[c] - d->load_free[c]) / p->unit;
         d->load_friction[k] = 0.0;
@@ -169,7 +180,7 @@ static double correct_loads(const load_problem *p) {
     return worst;
 }
 
-static bool acts(const kt_model *model, const kt_data *data, const double *v) {
+static bool any_acts(const kt_model *model, const kt_data *data, const double *v) {
     bool any = false;
     for (size_t k = 0; k < model->n.loaded; k++)
         any = any || kt_load_sign(model, data, kt_loaded_effect(model, k), v) != 0.0;
@@ -180,7 +191,7 @@ static kt_status load_forward(const kt_model *model, kt_data *data, const kt_dyn
                               kt_error *error) {
     load_problem p = {.model = model, .data = data, .at = at, .n = model->n.loaded};
     data->load_state = kt_state_hash(model, at->q, at->v);
-    if (!acts(model, data, at->v)) {
+    if (!any_acts(model, data, at->v)) {
         kt_clear(data->load_friction, p.n * sizeof *data->load_friction);
         kt_copy_or_clear(data->load_tau, at->tau, model->n.v * sizeof *data->load_tau);
         return model->unloaded(model, data, at, a, error);
@@ -189,9 +200,9 @@ static kt_status load_forward(const kt_model *model, kt_data *data, const kt_dyn
     for (int k = 0; status == KT_OK && k < CORRECTIONS_MAX; k++) {
         status = find_friction(&p, error);
         if (status == KT_OK)
-            status = evaluate_loads(model, data, at, a, false, error);
+            status = kt_loads_evaluate(model, data, at, a, error);
         if (status == KT_OK && correct_loads(&p) <= agrees)
-            return evaluate_loads(model, data, at, a, true, error);
+            return evaluate_under_loads(model, data, at, a, true, error);
     }
     return status == KT_OK ? reject_jam(&p, 0, (double)NAN, error) : status;
 }

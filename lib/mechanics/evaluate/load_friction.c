@@ -90,11 +90,19 @@ double kt_load_law(const kt_model *model, const kt_effect_record *e, const doubl
     return factor * size;
 }
 
+static bool acts(const kt_model *model, const kt_data *data, const kt_effect_record *e) {
+    return (size_t)(e - model->effect) < model->n.effect && !e->idle && !data->load_rests[e->load_slot - 1];
+}
+
 double kt_load_sign(const kt_model *model, const kt_data *data, const kt_effect_record *e, const double *v) {
-    const bool is_off = (size_t)(e - model->effect) >= model->n.effect || e->idle;
-    if (is_off || data->load_rests[e->load_slot - 1])
+    if (!acts(model, data, e))
         return 0.0;
     return e->direction != 0.0 ? e->direction : tanh(v[model->link[e->link[0]].v] / e->smoothing);
+}
+
+double kt_load_sign_slope(const kt_model *model, const kt_data *data, const kt_effect_record *e, const double *v) {
+    const double sign = kt_load_sign(model, data, e, v);
+    return e->direction == 0.0 && acts(model, data, e) ? (1.0 - sign * sign) / e->smoothing : 0.0;
 }
 
 double kt_load_friction_find(const kt_model *model, const kt_data *data, const kt_effect_record *effect,
@@ -165,13 +173,6 @@ double kt_load_friction_of(const kt_model *model, const kt_data *data, const dou
     if (effect->load_slot == 0)
         return 0.0;
     return data->load_state == kt_state_hash(model, q, v) ? data->load_friction[effect->load_slot - 1] : (double)NAN;
-}
-
-double kt_load_damping(const kt_model *model, const kt_data *data, const kt_effect_record *effect, double v) {
-    const double sign = effect->direction != 0.0 ? effect->direction : tanh(v / effect->smoothing);
-    if (effect->load_slot == 0 || effect->direction != 0.0)
-        return 0.0;
-    return -kt_load_friction_find(model, data, effect, sign) * (1.0 - sign * sign) / effect->smoothing;
 }
 
 kt_status kt_load_reject(const kt_model *model, const char *where, const char *what, kt_error *error) {

@@ -172,8 +172,9 @@ kt_status kt_batch_init(const kt_model *model, const kt_batch_options *options, 
     made->method = o->method;
     made->n = n;
     made->why = made->kernels ? NULL
-                              : "it has large groups of loops, equations by formulas or by a program, effects in "
-                                "coordinates of loops, or friction from loads: these are computed state by state";
+                              : "it has large groups of loops, equations by formulas or by a program, wheels or ropes "
+                                "in a plane, effects in coordinates of loops, or friction from loads: these are "
+                                "computed state by state";
     for (size_t i = 0; i < n.threads && status == KT_OK; i++)
         status = init_work(made, i, error);
     if (status != KT_OK)

@@ -83,6 +83,8 @@ kt_ensemble_report kt_ensemble_report_of(const kt_ensemble *ensemble) {
 static const char *why_model(const kt_ensemble *e, const kt_model *model) {
     if (model->shape != e->shape)
         return "its joints, loops or effects are not those of the first run";
+    if (model->n.loaded > 0)
+        return "friction in a joint is proportional to a reaction, which is computed state by state";
     if (!e->kernels || !kt_lanes_fit_model(model))
         return "it has loops or paths that are computed state by state";
     if (model->variants || model->n.massless > 0 || kt_mass_curve_count(model) > 0)

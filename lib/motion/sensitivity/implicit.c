@@ -123,7 +123,7 @@ static void form_coupled(kt_step_work *w, kt_coupled c) {
 /* Whether rows of accelerations are multiplied by M, since that needs no solution: for trees, unless a parameter is
  * requested. */
 static bool has_coupled_mass(const kt_step_work *w) {
-    return !w->model->n.group && !w->parameter && !kt_has_auxiliary_states(w->model);
+    return !w->model->n.group && !w->parameter && !kt_has_auxiliary_states(w->model) && w->model->n.loaded == 0;
 }
 
 /* sum_l a_il a_lj over the stages of c */

@@ -15,6 +15,7 @@
 #include "compile/compile.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"
+#include "evaluate/load_friction.h"
 #include "sensitivity/sensitivity.h"
 
 #include <string.h>
@@ -27,7 +28,9 @@ size_t kt_parameter_work_size(const kt_model *model) {
 
 kt_status kt_parameter_begin(kt_parameter_work *w, const kt_model *model, kt_data *data, void *memory,
                              const kt_parameter *parameter, kt_error *error) {
-    const kt_status status = kt_parameter_require(model, parameter, error);
+    kt_status status = kt_parameter_require(model, parameter, error);
+    if (status == KT_OK)
+        status = kt_load_reject(model, "parameter", "take differences of two runs", error);
     if (status != KT_OK)
         return status;
     if (parameter->kind == KT_PARAMETER_HOLD)

@@ -25,6 +25,8 @@
 #include <string.h>
 
 const char *kt_sweep_rejected(const kt_model *model) {
+    if (model->n.loaded > 0)
+        return "it has friction that is proportional to a reaction";
     for (size_t i = 0; i < model->n.effect; i++) {
         if (model->effect[i].ends)
             return "it has effects that act on bodies";

@@ -69,6 +69,7 @@ const kt_part kt_newton_part = {.measure = measure_newton, .place = place_newton
 void kt_simulation_newton_measure(const kt_model *model, bool exact, kt_simulation_sizes *size) {
     const bool loops = kt_loop_group_count(model) > 0;
     size->all_directions = loops && exact;
+    size->exact = exact;
     size->reduced = loops && !exact;
     size->free = size->reduced ? (size_t)kt_model_mobility(model).minimal : size->nv;
     size->basis = size->reduced ? size->nv * size->free : 0;
@@ -330,7 +331,8 @@ static kt_status differentiate_motion(kt_simulation *s, double t, const double *
                                       .mass = s->newton->mass,
                                       .stiffness = s->newton->stiffness,
                                       .damping = s->newton->damping,
-                                      .states = &states};
+                                      .states = &states,
+                                      .exact = s->size.exact};
     status = kt_stiffness_evaluate_at(s->model, s->data, s->newton->stiffness_work, s->size.stiffness_work, &at, a, &to,
                                       error);
     return status == KT_OK && s->model->n.slip > 0 ? kt_slip_add_damping(s->model, s->data, &at, to.basis, s->size.free,

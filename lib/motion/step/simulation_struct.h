@@ -89,6 +89,7 @@ struct kt_simulation_sizes {
     size_t free, states, basis, along, turning, vectors, stiffness_work; /* 0 except with an implicit method */
     bool reduced;        /* implicit method: its matrices act on the velocities that the loops leave free */
     bool all_directions; /* implicit method: its Jacobian is exact across the loops, too */
+    bool exact;          /* likewise, also without loops */
     size_t rate;         /* 0 without a right-hand side of the caller's */
     size_t state;        /* user_nq + user_nv + x */
     size_t shown, body_wrench, free_reaction, user_data; /* 0 without a transformation */

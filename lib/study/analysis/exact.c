@@ -40,7 +40,7 @@ bool kt_exact_is_possible(const kt_linearization *l) {
     for (size_t i = 0; i < l->model->n.effect; i++)
         if (kt_effect_is_differenced(&l->model->effect[i]))
             return false;
-    return !l->differences;
+    return !l->differences && l->model->n.loaded == 0;
 }
 
 /* y += |matrix| |x|, rows x n. */

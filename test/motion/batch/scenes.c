@@ -163,6 +163,51 @@ KT_TEST(effects_in_coordinates_of_loops_have_the_bits_of_single_states) {
     kt_check_equal_int("results that differ", s.different, 0);
 }
 
+/* Machine elements: teeth, belts, rigid and elastic ropes, and friction from loads. Wheels of the plane are computed state
+ * by state, as are effects in coordinates of loops and friction from loads. */
+KT_TEST(machine_elements_have_the_bits_of_single_states) {
+    static const char bodies[] =
+        "kinetree: 1\nbodies:\n"
+        "  - {name: a, joint: {type: revolute, axis: z, velocity: 3}, mass: 1, inertia: [1, 1, 0.002]}\n"
+        "  - {name: b, joint: {type: revolute, axis: z, at: [0.5, 0, 0]}, mass: 4, inertia: [1, 1, 0.05]}\n";
+    static const char across[] =
+        "  - {name: c, parent: b, joint: {type: revolute, axis: x}, mass: 1, com: [0, 0.1, 0.1], "
+        "inertia: [1, 1, 1]}\n";
+    static const struct {
+        const char *name, *loops, *effects;
+        bool in_lanes; /* with a body across, so that nothing is planar */
+    } table[] = {
+        {"gear", "{name: u, type: gear, between: [a, b], teeth: 20, teeth2: 60}", "", true},
+        {"belt", "{name: u, type: belt, between: [a, b], radius: 0.05, radius2: 0.15, tension: 50}", "", true},
+        {"span", "{name: u, type: span, between: [a, b], radius: 0.05, radius2: -0.15, tension: 20}", "", true},
+        {"elastic", "{name: u, type: span, between: [a, b], radius: 0.05, radius2: 0.15, switched: never}",
+         "  - {type: joint_spring, joint: u, stiffness: 8e4, rest: -0.002}\n"
+         "  - {type: joint_damper, joint: u, damping: 3}\n",
+         false},
+        {"slack", "{name: u, type: span, between: [a, b], radius: -0.05, radius2: 0.15, switched: never}",
+         "  - {type: joint_limit, joint: u, upper: 0, stiffness: 8e4, damping: 5}\n", false},
+        {"formula", "{name: u, type: span, between: [a, b], radius: 0.05, switched: never}",
+         "  - {type: expression, joint: u, force: \"-1e3 * position.u - 2 * velocity.u\"}\n", false},
+        {"friction", "{name: u, type: gear, between: [a, b], teeth: 20, teeth2: 60}",
+         "  - {type: joint_friction, joint: b, coefficient: 0.2, radius: 0.02}\n", false},
+    };
+    kt_random random = kt_random_of_test();
+    for (size_t i = 0; i < 2 * sizeof table / sizeof *table; i++) {
+        const bool in_space = i % 2 == 1;
+        char text[1200];
+        kt_scene scene;
+        kt_error error = {.code = KT_OK};
+        sums s = {0, 0, 0, 0};
+        (void)snprintf(text, sizeof text, "%s%sloops:\n  - %s\neffects:\n  - {type: motor, joint: a, torque: 0.1}\n%s",
+                       bodies, in_space ? across : "", table[i / 2].loops, table[i / 2].effects);
+        kt_need_fine(table[i / 2].name, kt_scene_parse("s", text, strlen(text), &scene, NULL, NULL, &error), &error);
+        compare(table[i / 2].name, &scene, &random, &s);
+        kt_check_equal_int(table[i / 2].name, s.in_lanes, in_space && table[i / 2].in_lanes);
+        kt_check_equal_int("results that differ", s.different, 0);
+        kt_scene_free(&scene);
+    }
+}
+
 /* The results of a comparison of random mechanisms. */
 typedef struct findings {
     int different;
