@@ -312,8 +312,8 @@ static void note_table(kt_reader *r, const char *path, const kt_node *key, kt_sc
 
 static bool is_noted(const kt_named_number *parameter) { return !parameter->is_used || parameter->hidden_line != 0; }
 
-/* A parameter, a table or an expression without a use is noted, since it was probably meant to be used. So is a parameter that
- * a variable of some formula hides. */
+/* A parameter, a table or an expression without a use is noted, since it was probably meant to be used. So is a
+ * parameter that a variable of some formula hides. */
 static void note_unused(kt_reader *r, const char *path, kt_scene *scene) {
     int count = 0;
     for (int k = 0; k < r->scene->parameter_count; k++)

@@ -163,8 +163,8 @@ KT_TEST(effects_in_coordinates_of_loops_have_the_bits_of_single_states) {
     kt_check_equal_int("results that differ", s.different, 0);
 }
 
-/* Machine elements: teeth, belts, rigid and elastic ropes, and friction from loads. Wheels of the plane are computed state
- * by state, as are effects in coordinates of loops and friction from loads. */
+/* Machine elements: teeth, belts, rigid and elastic ropes, and friction from loads. Wheels of the plane are computed
+ * state by state, as are effects in coordinates of loops and friction from loads. */
 KT_TEST(machine_elements_have_the_bits_of_single_states) {
     static const char bodies[] =
         "kinetree: 1\nbodies:\n"
