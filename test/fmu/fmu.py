@@ -28,6 +28,7 @@ from recovery import check_recovery
 from second import check_second
 from signals import check_signals
 from steps import check_steps
+from tables import check_tables
 from tunable import check_tunables
 from uses import check_uses
 
@@ -384,6 +385,7 @@ def main():
         check_complaints(folder)
         check_recovery(folder)
         check_uses(folder)
+        check_tables(folder)
         check_rejections(folder)
         check_scenes(folder)
         check_names_of_users(folder)
