@@ -329,7 +329,7 @@ typedef enum kt_frame { KT_FRAME_WORLD = 0 /* the world's */, KT_FRAME_BODY /* t
  *     the normal force is stiffness x^exponent (1 + 3/2 dissipation x'), but never below zero. Friction, with its
  *     coefficient times the normal force, acts against the slip at the lowest point. Rolling and torsional friction are
  *     moments of an arm times the normal force, against the relative angular velocity. Source: Hunt and Crossley 1975.
- *   "expression": forces by formulas (expression.h) of t and of variables (kt_variable), or by a law in C.
+ *   "expression": forces by formulas (expression.h) of variables (kt_variable), a law in C, or numbers (effect.h).
  *
  * An expression acts in one of three ways.
  *   In a joint: formula[0].
@@ -381,8 +381,8 @@ typedef struct kt_effect {
     double smoothing;      /* joint_friction: speed over which the force changes sign; default 1e-3 */
     double efficiency;     /* joint_friction: part of the power that the loop `load` passes on; default 1 */
     const char *load;      /* joint_friction: the loop whose force causes the friction; NULL: the joint's reaction */
-    double lower, upper;   /* joint_limit: rad or m, at least one is needed; servo: hard bounds of the force, N (m).
-                              Default: infinite, which means none */
+    double lower, upper;   /* joint_limit: rad or m, at least one is needed; servo, actuators of an expression: hard
+                              bounds of the force or its sum, N (m). Default: infinite, which means none */
     double stiffnesses[6]; /* bushing: x, y, z in N/m, about x, y, z in N m/rad; default 0 */
     double dampings[6];    /* bushing, drag: N s/m, N m s/rad; default 0 */
     double quadratics[6];  /* drag: N s^2/m^2, N m s^2/rad^2; default 0 */
@@ -445,19 +445,21 @@ typedef struct kt_effect {
 
     const kt_path_point *path; /* expression: acts along a path (effect.h) in place of `between`; NULL: it does not */
     int path_count;            /* length of path; its first and last point are the ends */
+    const struct kt_actuator *actuators;       /* expression: numbers (effect.h) in place of formulas; NULL: none */
+    int actuator_count;                        /* length of actuators */
+    const struct kt_polynomial_spring *spring; /* expression: likewise; NULL: none */
 } kt_effect;
 
 /* ---- auxiliary states -------------------------------------------------------------------------------------------- */
 
 /* An auxiliary state, which is neither a position nor a velocity: a current, a pressure, the integral of a controller.
- * The integrator advances the state with the motion. The rate is a formula (expression.h) of the variables of
- * kt_variable, which include all auxiliary states. Alternatively the law of one effect in C writes the rate
- * (kt_effect.states), even while the effect is switched off. Effects of type expression and other states refer to the
- * state by its name. Functions call these states auxiliary states. */
+ * The integrator advances the state with the motion. The rate is a formula (expression.h) of variables (kt_variable).
+ * Alternatively a law in C (kt_effect.states) writes the rate, even while its effect is switched off. */
 typedef struct kt_auxiliary_state {
     const char *name; /* letters, digits and _, as for names in formulas; the only state of its name */
     double initial;   /* at the start; default 0 */
-    const char *rate; /* a formula x' = rate(t, q, v, x); NULL: the law of an effect writes it */
+    const char *rate; /* a formula x' = rate(t, q, v, x); NULL: the law of an effect, or `activation`, writes it */
+    const struct kt_activation *activation; /* numbers (effect.h) in place of the formula; NULL: none */
 } kt_auxiliary_state;
 
 /* ---- the description --------------------------------------------------------------------------------------------- */

@@ -47,6 +47,9 @@ typedef enum kt_key_kind {
     KT_KEY_CORNERS,   /* kt_shape.points: a list of [x, y] */
     KT_KEY_PATH,      /* kt_effect.path: a list of points and surfaces */
     KT_KEY_LOOP,      /* const char *: the name of a loop between two ends */
+    KT_KEY_ACTUATORS, /* kt_effect.actuators: a list of actuators */
+    KT_KEY_BOUND,     /* double: a bound of the sum of actuators, which is no parameter of a model */
+    KT_KEY_SPRING,    /* kt_effect.spring */
     KT_KEY_KIND_COUNT /* how many */
 } kt_key_kind;
 

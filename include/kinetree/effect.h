@@ -146,6 +146,101 @@ struct kt_path_point {
 /* The most bodies that a path may touch. */
 enum { KT_PATH_LINK_MAX = 16 /* bodies */ };
 
+/* ---- forces by numbers ------------------------------------------------------------------------------------------- */
+
+/* The force of a muscle. It pulls with F w A(l) V(v), or with F P(l), where F is `force`, l the scaled length, v the
+ * scaled rate, and w the control or activation. l leads from range[0] to range[1] while gear L leads from lengths[0] to
+ * lengths[1]. The source of the curves is the documentation of MuJoCo, modeling, section Muscles. */
+typedef struct kt_muscle {
+    double range[2];   /* scaled lengths; default 0.75, 1.05 */
+    double lengths[2]; /* of gear L, rad or m */
+    double force;      /* the largest at rest, N (m) */
+    double shortest;   /* scaled length from which A is above 0; default 0.5 */
+    double longest;    /* scaled length up to which A is above 0; default 1.6 */
+    double speed;      /* speed of shortening at which V is 0, in scaled lengths a second; default 1.5 */
+    double passive;    /* P at the scaled length `longest`; default 1.3 */
+    double stretched;  /* the largest V, which fast stretching has; default 1.2 */
+} kt_muscle;
+
+/* An actuator (kt_effect.actuators). Its force along the length L is gear f, with f between lower and upper:
+ *     f = w (gain[0] + gain[1] g L + gain[2] g L') + bias[0] + bias[1] g L + bias[2] g L',   g = gear.
+ * L is the position of the effect's joint, the length of its path, or the sum of `terms`, as of a tendon that is fixed
+ * to joints. Then the force in the joint has the factor of its term, and an effect of every joint lists the actuator.
+ * w is `control` from the time `delay` on, and 0 before. With an activation, w is that auxiliary state instead, between
+ * its bounds. With `active`, its force per w replaces the gain. The force of `passive` is added to the bias.
+ *
+ * If an effect on a point of a body lists the actuator, L is 0, and f acts with the six components of `wrench`. */
+typedef struct kt_actuator {
+    const char *name;     /* may be NULL */
+    const char *tendon;   /* name of the tendon of `terms`; NULL: none. Actuators of one tendon, and those of one path,
+                             may have a bounded sum */
+    const kt_term *terms; /* L = sum of coefficients times positions of joints; NULL: L is that of the effect */
+    int term_count;       /* length of terms */
+    double gear;          /* default 1 */
+    double gain[3];       /* default 1, 0, 0 */
+    double bias[3];       /* default 0 */
+    double control;       /* between control_lower and control_upper; default 0 */
+    double control_lower, control_upper; /* default: infinite, which means none; likewise below */
+    double delay;                        /* s; default 0 */
+    const char *activation;              /* name of an auxiliary state; NULL: none */
+    double activation_lower, activation_upper;
+    double lower, upper;               /* of f */
+    double sum_lower, sum_upper;       /* of the sum of f of all actuators of the tendon or path, none of which has an
+                                          activation or a muscle. With zero between the bounds, a factor scales each f.
+                                          Otherwise all have one gear, and no bounds of their own */
+    const kt_muscle *active, *passive; /* NULL: none */
+    double wrench[6];                  /* on a point: force, and moment, along the axes of the effect's frame */
+} kt_actuator;
+
+/* Returns an actuator with its defaults; likewise below. */
+KT_API kt_actuator kt_actuator_default(void);
+KT_API kt_muscle kt_muscle_default(void);
+
+/* The laws of an activation w by the control u, which is 0 before a delay. X(id, name in scene files) */
+#define KT_ACTIVATION_LIST(X)                                                                                          \
+    X(KT_ACTIVATION_FILTER, filter)         /* w' = (u - w) / times[0] */                                              \
+    X(KT_ACTIVATION_INTEGRATOR, integrator) /* w' = u */                                                               \
+    X(KT_ACTIVATION_MUSCLE, muscle)         /* w' = (u - w) / T, with times for rising and falling, and for the        \
+                                               smooth transition between both */
+
+/* Types of activations. */
+typedef enum kt_activation_type {
+#define KT_ACTIVATION_ENUM(id, name) id,
+    KT_ACTIVATION_LIST(KT_ACTIVATION_ENUM)
+#undef KT_ACTIVATION_ENUM
+        KT_ACTIVATION_TYPE_COUNT /* how many */
+} kt_activation_type;
+
+/* The numbers of an activation (kt_auxiliary_state.activation). */
+typedef struct kt_activation {
+    kt_activation_type type;
+    double control;                      /* as of an actuator */
+    double control_lower, control_upper; /* likewise */
+    double delay;                        /* s; likewise */
+    double times[3];                     /* s; of a filter the first, of a muscle all; default 0 */
+} kt_activation;
+
+/* Returns an activation with its defaults. */
+KT_API kt_activation kt_activation_default(void);
+
+/* A spring and a damper by polynomials (kt_effect.spring), along the length L of the effect's path, of the line between
+ * its ends, or L = factor q in a joint of position q. With x the distance of L from the range `rest`, the force along L
+ * is
+ *     -(k[0] x + k[1] x^2 + k[2] x^3) - (c[0] L' + c[1] |L'| L' + c[2] L'^3) - friction tanh(L' / smoothing).
+ * In a joint it acts with `factor`. */
+typedef struct kt_polynomial_spring {
+    double factor;       /* in a joint; default 1 */
+    double stiffness[3]; /* k; default 0 */
+    double damping[3];   /* c; default 0 */
+    double rest[2];      /* lengths between which the spring has no force; default 0 */
+    double friction;     /* along a path or line, N; default 0 */
+    double smoothing;    /* m/s; default 1e-3 */
+    bool beyond;         /* along a path or line: the damper acts only outside of `rest`, as that of a stop */
+} kt_polynomial_spring;
+
+/* Returns a spring with its defaults. */
+KT_API kt_polynomial_spring kt_polynomial_spring_default(void);
+
 /* Derivatives of a wrench with respect to the motion of an end. Row 0 of each array is the moment, row 1 the force, in
  * world axes. The moment is about the point of the wrench's own end, which may move. */
 typedef struct kt_wrench_derivatives {

@@ -99,8 +99,9 @@ static inline kt_robot_options kt_robot_options_default(void) {
  *   - The activations of actuators (filters and integrators) become auxiliary states.
  *   - Spatial tendons become forces between two sites, or along paths around spheres and cylinders.
  *   - A medium (density, viscosity) becomes drag along the axes of the inertias.
- *   - Muscles become forces along joints and tendons. Polynomials of equalities become formulas. Elements that stand
- *     for many bodies (replicate, composite, flexcomp) are errors. mj_saveLastXML of MuJoCo writes expanded models.
+ *   - Muscles become numbers of forces along joints and tendons. Polynomials of equalities become formulas. Elements
+ *     that stand for many bodies (replicate, composite, flexcomp) are errors. mj_saveLastXML of MuJoCo writes expanded
+ *     models.
  *   - Further omissions are actuators of a user's kind, plugins, flexible bodies, built-in meshes, sensors and cameras.
  *   - <include> reads files within the folders of `path`, `search` and `allow`. Meshes may be elsewhere.
  * SDF:

@@ -2,6 +2,7 @@
  * counts of events. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "command.h"
+#include "kinetree/effect.h"
 #include "open/load.h"
 
 #include <stdio.h>
@@ -21,11 +22,16 @@ static bool formula_reads_time(const char *formula) {
 
 static bool has_formulas_of_time(const kt_description *d) {
     for (int i = 0; i < d->effect_count; i++)
+        for (int k = 0; k < d->effects[i].actuator_count; k++)
+            if (d->effects[i].actuators[k].delay > 0.0)
+                return true;
+    for (int i = 0; i < d->effect_count; i++)
         for (int k = 0; k < 6; k++)
             if (d->effects[i].type == KT_EFFECT_EXPRESSION && formula_reads_time(d->effects[i].formula[k]))
                 return true;
     for (int i = 0; i < d->state_count; i++)
-        if (formula_reads_time(d->states[i].rate))
+        if (formula_reads_time(d->states[i].rate) ||
+            (d->states[i].activation != NULL && d->states[i].activation->delay > 0.0))
             return true;
     return false;
 }

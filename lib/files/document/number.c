@@ -88,25 +88,3 @@ kt_scalar kt_scalar_classify(const char *text, double *value) {
     const char *end = kt_decimal_end(text);
     return end == text ? KT_SCALAR_TEXT : classify_number(text, end, value);
 }
-
-/* `1e-05` becomes `1.0e-5`. Readers of YAML 1.1 take a number with an exponent for a text unless it has a point, and a
- * sign of the exponent. */
-static void shape_exponent(char *text) {
-    char exponent[8];
-    char *at = strchr(text, 'e');
-    if (at == NULL)
-        return;
-    const char *digits = at + 2 + strspn(at + 2, "0");
-    (void)snprintf(exponent, sizeof exponent, "e%c%.4s", at[1], digits);
-    *at = '\0';
-    (void)snprintf(at, KT_NUMBER_SIZE - (size_t)(at - text), "%s%s", strchr(text, '.') == NULL ? ".0" : "", exponent);
-}
-
-void kt_number_format(char *text, double value) {
-    for (int digits = 15; digits <= 17; digits++) {
-        (void)snprintf(text, KT_NUMBER_SIZE, "%.*g", digits, value);
-        if (strtod(text, NULL) == value)
-            break;
-    }
-    shape_exponent(text);
-}

@@ -3,6 +3,8 @@
 #ifndef KT_DOCUMENT_NUMBER_H
 #define KT_DOCUMENT_NUMBER_H
 
+#include "base/decimal.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -27,10 +29,5 @@ kt_scalar kt_scalar_classify(const char *text, double *value);
 
 /* Whether a text is one of some words of up to eight small letters, in any case; NULL ends them. */
 bool kt_is_word_of(const char *text, const char *const *words);
-
-/* Writes the shortest of `%.15g`, `%.16g` and `%.17g` that reads back to the same bits. Every reader of YAML takes the
- * text for a number, such as 8.0e-6. `text` has KT_NUMBER_SIZE bytes. */
-enum { KT_NUMBER_SIZE = 32 };
-void kt_number_format(char *text, double value);
 
 #endif

@@ -3,6 +3,7 @@
 #ifndef KT_ROBOT_MJCF_H
 #define KT_ROBOT_MJCF_H
 
+#include "effect/actuator.h"
 #include "kinetree/expression.h"
 #include "mesh/mesh.h"
 #include "robot/mjcf_notes.h"
@@ -345,25 +346,10 @@ bool kt_mjcf_find_length(kt_mjcf *m, kt_mjcf_tendon *t);
 
 /* ---- mjcf_formula.c ---------------------------------------------------------------------------------------------- */
 
-/* The text of a formula while it is written; `whole` is false if it has no room. Begins as {.whole = true}. */
-typedef struct kt_mjcf_formula {
-    char text[KT_EXPRESSION_LENGTH_MAX + 1];
-    size_t length;
-    bool whole;
-} kt_mjcf_formula;
-
-void kt_mjcf_put(kt_mjcf_formula *to, const char *text);
-/* Puts a text with %s, %d and %g (print.h). */
-void kt_mjcf_print(kt_mjcf_formula *to, const char *format, ...) KT_PRINTF(2, 3);
-/* "2", or "2*step(t - 0.1)" of a value that is zero before a delay. */
-void kt_mjcf_put_delayed(kt_mjcf_formula *to, double value, double delay);
 /* "2*position.a", "velocity.a": `quantity` is position or velocity. */
-void kt_mjcf_put_coordinate(kt_mjcf_formula *to, double factor, const char *quantity, const char *joint);
+void kt_mjcf_put_coordinate(kt_formula_text *to, double factor, const char *quantity, const char *joint);
 /* The text for a description; NULL if it had no room, or there is no memory. */
-const char *kt_mjcf_keep_formula(kt_mjcf *m, const kt_mjcf_formula *formula);
-/* A new effect by a formula; NULL after counting it as `too_long`, if the formula had no room. */
-kt_effect *kt_mjcf_add_formula(kt_mjcf *m, const kt_element *e, const kt_mjcf_formula *formula, const char *too_long);
-
+const char *kt_mjcf_keep_formula(kt_mjcf *m, const kt_formula_text *formula);
 /* Names the last effect of the draft, if there is a name. */
 void kt_mjcf_name_effect(kt_mjcf *m, const char *name);
 
@@ -394,9 +380,10 @@ bool kt_mjcf_is_dynamic(const kt_mjcf_dynamics *d);
 /* The numbers of an actuator in `act` of a keyframe. */
 int kt_mjcf_activations_of(const kt_mjcf_dynamics *d);
 
-/* Adds the auxiliary state of an actuator with a constant control; returns its name, NULL if there is no memory. */
-const char *kt_mjcf_add_activation(kt_mjcf *m, const kt_element *e, const kt_mjcf_dynamics *d, double control,
-                                   double initial);
+/* Adds the auxiliary state of an actuator, whose numbers have the control; returns its name, NULL if there is no
+ * memory. */
+const char *kt_mjcf_add_activation(kt_mjcf *m, const kt_element *e, const kt_mjcf_dynamics *d,
+                                   const kt_actuator *control, double initial);
 
 /* ---- mjcf_spatial.c ---------------------------------------------------------------------------------------------- */
 
@@ -412,43 +399,13 @@ int kt_mjcf_common_body(const kt_mjcf *m, int a, int b); /* the body that carrie
 /* Adds springs, dampers and stops along a spatial tendon. */
 void kt_mjcf_act_in_path(kt_mjcf *m, kt_mjcf_tendon *t);
 
-/* Writes a force along the length, which pushes the ends apart if it is positive. */
-typedef void kt_mjcf_put_force(const kt_mjcf *m, const kt_mjcf_tendon *t, const void *user, kt_mjcf_formula *to);
-
-/* Adds an effect along the path, unless the path is on one body. */
-void kt_mjcf_add_along_path(kt_mjcf *m, kt_mjcf_tendon *t, const kt_element *e, kt_mjcf_put_force *put,
-                            const void *user);
-
-/* "2*length" of a factor times the length of a path, or of its rate. */
-void kt_mjcf_put_path(double factor, bool is_rate, kt_mjcf_formula *to);
+/* Adds an effect along the path, without a force so far. NULL: the path is on one body, or there is no memory. */
+kt_effect *kt_mjcf_add_along_path(kt_mjcf *m, kt_mjcf_tendon *t, const kt_element *e);
 
 /* Adds its armature, as that of a slider whose position is the length (mjcf_length.c). */
 void kt_mjcf_add_armature(kt_mjcf *m, const kt_mjcf_tendon *t);
 
-/* ---- mjcf_muscle.c ----------------------------------------------------------------------------------------------- */
-
-/* The force of a muscle. With its length l and its rate v it has the scaled length offset + slope l, and the scaled
- * rate `rate` v. */
-typedef struct kt_mjcf_muscle {
-    double offset, slope, rate;
-    double force;              /* the largest at rest, N */
-    double shortest, longest;  /* scaled lengths between which it is active */
-    double passive, stretched; /* parts of the force: passive at the length `longest`, and of fast stretching */
-} kt_mjcf_muscle;
-
 enum { KT_MJCF_MUSCLE_NUMBERS = 9 };
-
-/* The muscle of MuJoCo's nine numbers, the range of its length, and the acceleration by a unit force. */
-kt_mjcf_muscle kt_mjcf_muscle_of(const double numbers[KT_MJCF_MUSCLE_NUMBERS], const double range[2],
-                                 double acceleration);
-
-/* Write the force per activation, and the passive force. Both forces are negative, since a muscle pulls. length, rate:
- * texts of the scaled quantities. */
-void kt_mjcf_put_active(const kt_mjcf_muscle *muscle, const char *length, const char *rate, kt_mjcf_formula *to);
-void kt_mjcf_put_passive(const kt_mjcf_muscle *muscle, const char *length, kt_mjcf_formula *to);
-
-/* Writes w', the rate of a muscle's activation w. */
-void kt_mjcf_put_muscle_rate(const kt_mjcf_dynamics *d, double control, const char *w, kt_mjcf_formula *to);
 
 /* ---- mjcf_reach.c ------------------------------------------------------------------------------------------------ */
 
@@ -499,8 +456,17 @@ bool kt_mjcf_actuator_range(kt_mjcf *m, const kt_element *e, const char *limited
 /* A range that is a part of the range of the actuator's joint or tendon; false if there is none. */
 bool kt_mjcf_inherited_range(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double range[2]);
 
-/* The control, clamped to its range. */
+/* The range of the control; false if it has none. Then the control, clamped to its range. */
+bool kt_mjcf_control_range(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double range[2]);
 double kt_mjcf_control_of(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control);
+
+/* Gain and bias by a constant, the length and its rate, without those of a muscle. */
+void kt_mjcf_gains_of(const kt_mjcf_actuator *a, double gain[3], double bias[3]);
+
+/* The muscle of MuJoCo's nine numbers; NULL if there is no memory. If its force is below zero, `scale` divided by the
+ * acceleration that a unit force gives takes its place. */
+const kt_muscle *kt_mjcf_muscle_of(kt_mjcf *m, const double numbers[KT_MJCF_MUSCLE_NUMBERS],
+                                   const kt_mjcf_reach *reach);
 
 /* c0 + c1 L + c2 L', the force for a constant control, without that of a muscle. */
 void kt_mjcf_force_of(const kt_mjcf_actuator *a, double control, double c[3]);
@@ -512,7 +478,8 @@ void kt_mjcf_resolve_damping(kt_mjcf *m, const kt_element *e, kt_mjcf_actuator *
 
 /* ---- mjcf_thrust.c ----------------------------------------------------------------------------------------------- */
 
-void kt_mjcf_act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double u, const char *formula);
+void kt_mjcf_act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double u,
+                         const kt_actuator *driven);
 bool kt_mjcf_act_in_free(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control);
 
 /* Whether a polynomial has a term. */

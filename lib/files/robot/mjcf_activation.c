@@ -44,23 +44,24 @@ static const char *make_activation_name(kt_mjcf *m, const kt_element *e) {
     return kt_namer_make(&m->states_named, wanted.text);
 }
 
-const char *kt_mjcf_add_activation(kt_mjcf *m, const kt_element *e, const kt_mjcf_dynamics *d, double control,
-                                   double initial) {
-    kt_mjcf_formula rate = {.whole = true};
+const char *kt_mjcf_add_activation(kt_mjcf *m, const kt_element *e, const kt_mjcf_dynamics *d,
+                                   const kt_actuator *control, double initial) {
     kt_auxiliary_state *state = kt_list_add(m->r, &m->r->keep, &m->draft.states, sizeof *state);
+    kt_activation *made = kt_reader_take(m->r, &m->r->keep, 1, sizeof *made);
     const char *name = make_activation_name(m, e);
-    if (d->type == KT_MJCF_FILTER) {
-        kt_mjcf_put(&rate, "(");
-        kt_mjcf_put_delayed(&rate, control, d->delay);
-        kt_mjcf_print(&rate, " - %s)/%g", name, d->numbers[0]);
-    } else if (d->type == KT_MJCF_MUSCLE) {
-        kt_mjcf_put_muscle_rate(d, control, name, &rate);
-    } else {
-        kt_mjcf_put_delayed(&rate, control, d->delay);
-    }
-    if (state == NULL || *name == '\0')
+    if (state == NULL || made == NULL || *name == '\0')
         return NULL;
-    *state = (kt_auxiliary_state){.name = name, .initial = initial, .rate = kt_mjcf_keep_formula(m, &rate)};
+    *made = (kt_activation){.type = d->type == KT_MJCF_FILTER   ? KT_ACTIVATION_FILTER
+                                    : d->type == KT_MJCF_MUSCLE ? KT_ACTIVATION_MUSCLE
+                                                                : KT_ACTIVATION_INTEGRATOR,
+                            .control = control->control,
+                            .control_lower = control->control_lower,
+                            .control_upper = control->control_upper,
+                            .delay = d->delay};
+    const int count = d->type == KT_MJCF_FILTER ? 1 : d->type == KT_MJCF_MUSCLE ? 3 : 0;
+    for (int k = 0; k < count; k++)
+        made->times[k] = d->numbers[k];
+    *state = (kt_auxiliary_state){.name = name, .initial = initial, .activation = made};
     kt_left_count(&m->notes.activations, e);
     return name;
 }

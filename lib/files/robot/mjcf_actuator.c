@@ -8,7 +8,7 @@
  *
  * `actuatorfrcrange` of a joint bounds the sum of the actuator forces in this joint. For a single actuator, its own
  * bounds and these are one pair, since a clamp of a clamp is a clamp. For several actuators, or for a tendon that acts
- * in several joints, the sum becomes a formula in each joint.
+ * in several joints, an effect of each joint lists all actuators of its sum.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf.h"
@@ -18,22 +18,16 @@
 
 /* ---- actions ----------------------------------------------------------------------------------------------------- */
 
-/* An actuator along the length L of a joint or a tendon, with the force gear times the clamp of c0 + c1 gear L + c2
- * gear L'. If several act along one tendon and their sum is bounded, one factor scales the forces before that clamp. */
+/* An actuator along the length L of a joint or a tendon. Without its bounds and an activation, its force is gear times
+ * c0 + c1 gear L + c2 gear L'. */
 typedef struct action {
     const kt_element *element;
     int tendon; /* -1: none */
     kt_mjcf_term own;
-    double gear, c[3], bounds[2];
-    bool is_formula;
-    bool is_shared; /* the sum of the forces along the tendon has the bounds `shared` */
-    double shared[2];
-    const char
-        *activation; /* a state w, whose force w (gain[0] + gain[1] gear L + gain[2] gear L') is added; or NULL */
-    double gain[3], range[2];
-    bool has_active, has_passive; /* forces of a muscle */
-    double control;               /* without activation, that of the active force */
-    kt_mjcf_muscle active, passive;
+    double c[3];
+    bool is_listed;      /* no servo or motor has this force: an effect lists the actuator */
+    bool is_shared;      /* the sum of the forces along the tendon has bounds */
+    kt_actuator numbers; /* as effects list them */
 } action;
 
 static action *action_at(const kt_list *actions, int i) { return (action *)actions->items + i; }
@@ -78,12 +72,10 @@ static bool find_length_of(kt_mjcf *m, const kt_element *e, action *d) {
     return joint >= 0 && kt_mjcf_is_scalar(kt_mjcf_joint_at(m, joint));
 }
 
-static double clamp(double x, double lower, double upper) { return fmin(fmax(x, lower), upper); }
-
 /* Applies further bounds to a bounded sum: a clamp of a clamp. */
 static void clamp_bounds(double bounds[2], const double by[2]) {
     for (int i = 0; i < 2; i++)
-        bounds[i] = clamp(bounds[i], by[0], by[1]);
+        bounds[i] = kt_clamp(bounds[i], by[0], by[1]);
 }
 
 /* Whether `option actuatorgroupdisable` has the group of an actuator. */
@@ -92,36 +84,46 @@ static bool is_disabled(kt_mjcf *m, const kt_element *e) {
     return group >= 0.0 && group < 31.0 && (m->off.actuator_groups >> (int)group & 1) != 0;
 }
 
-/* The control of an actuator with a delay, as a formula. */
-static const char *delayed_control(kt_mjcf *m, const kt_mjcf_actuator *a, double control) {
-    kt_mjcf_formula text = {.whole = true};
-    kt_mjcf_put_delayed(&text, control, a->dynamics.delay);
-    return kt_mjcf_keep_formula(m, &text);
+/* The name of an element as the scene keeps it; NULL: it has none. */
+static const char *keep_name(kt_mjcf *m, const kt_element *e) {
+    const char *name = kt_xml_attribute(e, "name");
+    return name != NULL && *name != '\0' ? kt_reader_text(m->r, &m->r->keep, name, strlen(name)) : NULL;
 }
 
-/* Makes the activation of an action, if it has one, or its delayed control. */
-static void activate(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control, double initial,
-                     action *d) {
+/* Sets the numbers of an actuator with a control: all but those of its length, its bounds and its activation. */
+static void set_numbers(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control, action *d) {
+    double range[2];
+    d->numbers.name = keep_name(m, e);
+    d->numbers.control = kt_mjcf_control_of(m, e, a, control);
+    if (kt_mjcf_control_range(m, e, a, range) && range[0] <= range[1]) {
+        d->numbers.control_lower = range[0];
+        d->numbers.control_upper = range[1];
+    }
+    kt_mjcf_gains_of(a, d->numbers.gain, d->numbers.bias);
+}
+
+/* Makes the activation of an action, if it has one, or the delay of its control. */
+static void activate(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double initial, action *d) {
     const bool is_dynamic = kt_mjcf_is_dynamic(&a->dynamics);
-    const double held = kt_mjcf_control_of(m, e, a, control);
+    double range[2] = {d->numbers.activation_lower, d->numbers.activation_upper};
     if (!is_dynamic && !(a->dynamics.delay > 0.0))
         return;
     if (is_dynamic && kt_mjcf_flag(m, e, KT_MJCF_ACTUATORS, "actearly", false))
         kt_unknown_count(&m->changes, "actearly of an actuator, whose activation acts without MuJoCo's step ahead", e);
-    d->activation =
-        is_dynamic ? kt_mjcf_add_activation(m, e, &a->dynamics, held, initial) : delayed_control(m, a, held);
     kt_mjcf_force_of(a, 0.0, d->c);
-    for (int i = 0; i < 3; i++)
-        d->gain[i] = (i == 0 && !a->has_active) || a->has_affine_gain ? a->gain[i] : 0.0;
-    d->range[0] = (double)-INFINITY;
-    d->range[1] = (double)INFINITY;
-    if (!is_dynamic || (a->dynamics.type == KT_MJCF_INTEGRATOR && kt_mjcf_inherited_range(m, e, a, d->range)))
+    if (!is_dynamic) {
+        d->numbers.delay = a->dynamics.delay;
         return;
-    (void)kt_mjcf_actuator_range(m, e, "actlimited", "actrange", d->range);
+    }
+    d->numbers.activation = kt_mjcf_add_activation(m, e, &a->dynamics, &d->numbers, initial);
+    if (a->dynamics.type != KT_MJCF_INTEGRATOR || !kt_mjcf_inherited_range(m, e, a, range))
+        (void)kt_mjcf_actuator_range(m, e, "actlimited", "actrange", range);
+    d->numbers.activation_lower = range[0];
+    d->numbers.activation_upper = range[1];
 }
 
 /* Sets the forces of a muscle, or returns false if it is left out. */
-static bool flex_muscle(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control, action *d) {
+static bool flex_muscle(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, action *d) {
     const kt_mjcf_reach *reach = kt_mjcf_reach_of(m, e);
     if (!a->has_active && !a->has_passive)
         return true;
@@ -129,26 +131,23 @@ static bool flex_muscle(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator 
         kt_unknown_count(&m->forces, "muscle without a lengthrange; mj_saveLastXML of MuJoCo writes the ranges", e);
         return false;
     }
-    d->has_active = a->has_active;
-    d->has_passive = a->has_passive;
-    d->control = kt_mjcf_control_of(m, e, a, control);
-    d->active = kt_mjcf_muscle_of(a->gain, reach->range, reach->acceleration);
-    d->passive = kt_mjcf_muscle_of(a->bias, reach->range, reach->acceleration);
+    if (a->has_active)
+        d->numbers.active = kt_mjcf_muscle_of(m, a->gain, reach);
+    if (a->has_passive)
+        d->numbers.passive = kt_mjcf_muscle_of(m, a->bias, reach);
     return true;
 }
 
-static void put_bounded(kt_mjcf_formula *to, const double bounds[2], bool begins);
-static void put_force(const kt_mjcf *m, const action *d, kt_mjcf_formula *to);
-
-/* The force of an actuator of a site, whose length is zero, by its activation. */
-static const char *force_at_site(kt_mjcf *m, const kt_element *e, action d) {
-    kt_mjcf_formula to = {.whole = true};
-    d.c[1] = d.c[2] = d.gain[1] = d.gain[2] = 0.0;
-    (void)kt_mjcf_actuator_range(m, e, "forcelimited", "forcerange", d.bounds);
-    put_bounded(&to, d.bounds, true);
-    put_force(m, &d, &to);
-    put_bounded(&to, d.bounds, false);
-    return kt_mjcf_keep_formula(m, &to);
+/* Gives an actuator the name of its tendon and, if it is fixed to joints, the terms. */
+static void add_terms_of_tendon(kt_mjcf *m, action *d) {
+    int count;
+    const kt_mjcf_term *terms = kt_mjcf_terms_of(m, d->tendon, &d->own, &count);
+    kt_term *made = count > 0 ? kt_reader_take(m->r, &m->r->keep, (size_t)count, sizeof *made) : NULL;
+    d->numbers.tendon = keep_name(m, kt_mjcf_tendon_at(m, d->tendon)->element);
+    for (int i = 0; i < count && made != NULL; i++)
+        made[i] = (kt_term){kt_mjcf_joint_at(m, terms[i].joint)->name, terms[i].coefficient};
+    d->numbers.terms = made;
+    d->numbers.term_count = made != NULL ? count : 0;
 }
 
 /* Takes the activation of an actuator at the start from the numbers of a keyframe. */
@@ -162,8 +161,7 @@ static double next_activation(const kt_mjcf_dynamics *dynamics, const double *nu
  * belong to earlier actuators. */
 static void add_action(kt_mjcf *m, const kt_element *e, double control, const double *numbers, int *used,
                        kt_list *actions) {
-    const double infinite = (double)INFINITY;
-    action d = {.element = e, .tendon = -1, .gear = 1.0, .bounds = {-infinite, infinite}};
+    action d = {.element = e, .tendon = -1, .numbers = kt_actuator_default()};
     kt_mjcf_actuator a = kt_mjcf_actuator_of(m, e);
     double force[2];
     const double initial = next_activation(&a.dynamics, numbers, used);
@@ -171,23 +169,30 @@ static void add_action(kt_mjcf *m, const kt_element *e, double control, const do
         kt_unknown_count(&m->forces, a.is_strange ? e->name : "actuator of a user's kind", e);
         return;
     }
+    set_numbers(m, e, &a, control, &d);
+    const bool is_limited = kt_mjcf_actuator_range(m, e, "forcelimited", "forcerange", force);
+    if (is_limited) {
+        d.numbers.lower = force[0];
+        d.numbers.upper = force[1];
+    }
     if (kt_xml_attribute(e, "site") != NULL && kt_mjcf_text(m, e, KT_MJCF_ACTUATORS, "refsite") == NULL &&
         !a.has_active && !a.has_passive) {
-        activate(m, e, &a, control, initial, &d);
-        kt_mjcf_act_at_site(m, e, &a, control, d.activation != NULL ? force_at_site(m, e, d) : NULL);
+        activate(m, e, &a, initial, &d);
+        kt_mjcf_act_at_site(m, e, &a, control, kt_actuator_is_driven(&d.numbers) ? &d.numbers : NULL);
         return;
     }
     if (kt_mjcf_act_in_free(m, e, &a, control) || !find_length_of(m, e, &d))
         return;
-    d.gear = kt_mjcf_gear_of(m, e);
-    if (!flex_muscle(m, e, &a, control, &d))
+    d.numbers.gear = kt_mjcf_gear_of(m, e);
+    if (!flex_muscle(m, e, &a, &d))
         return;
-    if (kt_mjcf_actuator_range(m, e, "forcelimited", "forcerange", force))
-        memcpy(d.bounds, force, sizeof force);
-    kt_mjcf_resolve_damping(m, e, &a, d.gear, d.tendon, &d.own);
-    kt_mjcf_force_of(&a, kt_mjcf_control_of(m, e, &a, control), d.c);
-    activate(m, e, &a, control, initial, &d);
-    action *to = d.gear != 0.0 ? kt_list_add(m->r, &m->r->scratch, actions, sizeof *to) : NULL;
+    kt_mjcf_resolve_damping(m, e, &a, d.numbers.gear, d.tendon, &d.own);
+    kt_mjcf_gains_of(&a, d.numbers.gain, d.numbers.bias);
+    kt_mjcf_force_of(&a, d.numbers.control, d.c);
+    activate(m, e, &a, initial, &d);
+    if (d.tendon >= 0)
+        add_terms_of_tendon(m, &d);
+    action *to = d.numbers.gear != 0.0 ? kt_list_add(m->r, &m->r->scratch, actions, sizeof *to) : NULL;
     if (to != NULL)
         *to = d;
 }
@@ -206,30 +211,31 @@ static action *next_sharer(const kt_list *actions, const action *d) {
 static bool is_one_sum(const kt_list *actions, const action *first) {
     bool is_one = true;
     for (const action *d = first; d != NULL; d = next_sharer(actions, d))
-        is_one = is_one && d->gear == first->gear && isinf(d->bounds[0]) && isinf(d->bounds[1]);
+        is_one = is_one && d->numbers.gear == first->numbers.gear && isinf(d->numbers.lower) && isinf(d->numbers.upper);
     return is_one;
 }
 
-static bool action_is_muscle(const action *d) { return d->has_active || d->has_passive; }
+static bool action_is_muscle(const action *d) { return d->numbers.active != NULL || d->numbers.passive != NULL; }
 
 static bool has_activation(const kt_list *actions, const action *first) {
     bool found = false;
     for (const action *d = first; d != NULL; d = next_sharer(actions, d))
-        found = found || d->activation != NULL || action_is_muscle(d);
+        found = found || kt_actuator_is_driven(&d->numbers) || action_is_muscle(d);
     return found;
 }
 
 /* `actuatorfrcrange` of a tendon bounds the sum of the forces along it, without their gears. If zero is outside of the
  * range, a scaling factor has a pole. */
 static void limit_tendon(kt_mjcf *m, const kt_list *actions, action *d) {
-    double range[2], own[2] = {d->bounds[0], d->bounds[1]};
+    double range[2];
     const kt_element *t = d->tendon >= 0 ? kt_mjcf_tendon_at(m, d->tendon)->element : NULL;
     if (t == NULL || d->is_shared || !kt_mjcf_is_limited(m, t, "tendon", "actuatorfrclimited", "actuatorfrcrange") ||
         kt_mjcf_numbers(m, t, "tendon", "actuatorfrcrange", 2, 2, range) != 2)
         return;
     if (next_sharer(actions, d) == NULL) {
-        memcpy(d->bounds, range, sizeof range);
-        clamp_bounds(d->bounds, own);
+        clamp_bounds(range, (const double[]){d->numbers.lower, d->numbers.upper});
+        d->numbers.lower = range[0];
+        d->numbers.upper = range[1];
         return;
     }
     if (!(range[0] < 0.0 && range[1] > 0.0) && !is_one_sum(actions, d)) {
@@ -246,13 +252,14 @@ static void limit_tendon(kt_mjcf *m, const kt_list *actions, action *d) {
     }
     for (action *each = d; each != NULL; each = next_sharer(actions, each)) {
         each->is_shared = true;
-        memcpy(each->shared, range, sizeof range);
+        each->numbers.sum_lower = range[0];
+        each->numbers.sum_upper = range[1];
     }
 }
 
-/* Whether a formula is needed. A formula is needed if a sum that contains the actuator is bounded, or if the force
- * grows with the length or its rate, since no servo has such a force. */
-static bool needs_formula(const kt_mjcf *m, const kt_list *actions, const action *d) {
+/* Whether an effect lists the actuator: if a sum that contains it is bounded, or if the force grows with the length or
+ * its rate, since no servo has such a force. */
+static bool needs_list(const kt_mjcf *m, const kt_list *actions, const action *d) {
     int count;
     const kt_mjcf_term *terms = kt_mjcf_terms_of(m, d->tendon, &d->own, &count);
     if (d->is_shared)
@@ -266,7 +273,7 @@ static bool needs_formula(const kt_mjcf *m, const kt_list *actions, const action
         if (sharers > 1 || count > 1)
             return true;
     }
-    return d->c[1] > 0.0 || d->c[2] > 0.0 || d->activation != NULL || action_is_muscle(d);
+    return d->c[1] > 0.0 || d->c[2] > 0.0 || kt_actuator_is_driven(&d->numbers) || action_is_muscle(d);
 }
 
 /* ---- effects ----------------------------------------------------------------------------------------------------- */
@@ -296,9 +303,9 @@ static void add_alone(kt_mjcf *m, const action *d) {
     if (t != NULL && !kt_mjcf_find_length(m, t))
         return;
     l.joint = t != NULL ? t->joint : kt_mjcf_joint_at(m, d->own.joint)->name;
-    l.factor = d->gear * (t != NULL ? t->coefficient : 1.0);
+    l.factor = d->numbers.gear * (t != NULL ? t->coefficient : 1.0);
     const double c[3] = {l.factor * d->c[0], l.factor * l.factor * d->c[1], l.factor * l.factor * d->c[2]};
-    const double ends[2] = {l.factor * d->bounds[0], l.factor * d->bounds[1]};
+    const double ends[2] = {l.factor * d->numbers.lower, l.factor * d->numbers.upper};
     double bounds[2] = {fmin(ends[0], ends[1]), fmax(ends[0], ends[1])};
     int count;
     const kt_mjcf_term *terms = kt_mjcf_terms_of(m, d->tendon, &d->own, &count);
@@ -310,139 +317,10 @@ static void add_alone(kt_mjcf *m, const action *d) {
         kt_effect *motor = kt_draft_joint_effect(&m->draft, l.element, KT_EFFECT_MOTOR, l.joint);
         if (motor == NULL)
             return;
-        motor->torque = kt_function_constant(clamp(c[0], bounds[0], bounds[1]));
+        motor->torque = kt_function_constant(kt_clamp(c[0], bounds[0], bounds[1]));
         kt_left_count(&m->notes.motors, d->element);
     }
     kt_mjcf_name_effect(m, kt_xml_attribute(d->element, "name"));
-}
-
-/* Writes "clamp(", "min(", "max(" or "(", according to the finite bounds; at the end, the bounds and ")". */
-static void put_bounded(kt_mjcf_formula *to, const double bounds[2], bool begins) {
-    const bool is_below = !isinf(bounds[1]), is_above = !isinf(bounds[0]);
-    if (begins) {
-        kt_mjcf_put(to, is_below && is_above ? "clamp(" : is_below ? "min(" : is_above ? "max(" : "(");
-        return;
-    }
-    for (int i = 0; i < 2; i++)
-        if (!isinf(bounds[i]))
-            kt_mjcf_print(to, ", %g", bounds[i]);
-    kt_mjcf_put(to, ")");
-}
-
-/* "2 + -5*position.a + -1*velocity.a" of c0 + c1 L + c2 L'. */
-static void put_affine(const kt_mjcf *m, const action *d, const double c[3], kt_mjcf_formula *to) {
-    static const char *const quantities[] = {"position", "velocity"};
-    int count;
-    const kt_mjcf_term *terms = kt_mjcf_terms_of(m, d->tendon, &d->own, &count);
-    const bool is_constant = c[0] != 0.0 || (c[1] == 0.0 && c[2] == 0.0);
-    const size_t first = to->length;
-    if (is_constant)
-        kt_mjcf_print(to, "%g", c[0]);
-    for (int k = 0; k < 2 && is_along_path(m, d); k++) {
-        if (c[k + 1] == 0.0)
-            continue;
-        kt_mjcf_put(to, to->length > first ? " + " : "");
-        kt_mjcf_put_path(c[k + 1], k == 1, to);
-    }
-    for (int k = 0; k < 2; k++)
-        for (int i = 0; i < count && c[k + 1] != 0.0; i++) {
-            kt_mjcf_put(to, to->length > first ? " + " : "");
-            kt_mjcf_put_coordinate(to, c[k + 1] * terms[i].coefficient, quantities[k],
-                                   kt_mjcf_joint_at(m, terms[i].joint)->name);
-        }
-}
-
-/* Writes the force of a muscle, by its activation or its stretch. */
-static void put_muscle(const kt_mjcf *m, const action *d, bool is_active, kt_mjcf_formula *to) {
-    const kt_mjcf_muscle *muscle = is_active ? &d->active : &d->passive;
-    kt_mjcf_formula length = {.whole = true}, rate = {.whole = true};
-    put_affine(m, d, (const double[]){muscle->offset, muscle->slope * d->gear, 0.0}, &length);
-    put_affine(m, d, (const double[]){0.0, 0.0, muscle->rate * d->gear}, &rate);
-    to->whole = to->whole && length.whole && rate.whole;
-    if (is_active)
-        kt_mjcf_put_active(muscle, length.text, rate.text, to);
-    else
-        kt_mjcf_put_passive(muscle, length.text, to);
-}
-
-static void put_force(const kt_mjcf *m, const action *d, kt_mjcf_formula *to) {
-    const double c[3] = {d->c[0], d->c[1] * d->gear, d->c[2] * d->gear};
-    const double gain[3] = {d->gain[0], d->gain[1] * d->gear, d->gain[2] * d->gear};
-    const bool is_affine = c[0] != 0.0 || c[1] != 0.0 || c[2] != 0.0,
-               is_driven = d->activation != NULL || d->has_active;
-    if (is_affine || (!d->has_passive && !is_driven))
-        put_affine(m, d, c, to);
-    if (d->has_passive) {
-        kt_mjcf_put(to, is_affine ? " + " : "");
-        put_muscle(m, d, false, to);
-    }
-    if (!is_driven)
-        return;
-    kt_mjcf_put(to, is_affine || d->has_passive ? " + " : "");
-    if (d->activation != NULL) {
-        put_bounded(to, d->range, true);
-        kt_mjcf_put(to, d->activation);
-        put_bounded(to, d->range, false);
-    } else {
-        kt_mjcf_print(to, "%g", d->control);
-    }
-    kt_mjcf_put(to, "*(");
-    if (d->has_active)
-        put_muscle(m, d, true, to);
-    else
-        put_affine(m, d, gain, to);
-    kt_mjcf_put(to, ")");
-}
-
-/* The sum of the forces of all actuators that share a tendon, before bounds. */
-static void put_shared_sum(const kt_mjcf *m, const kt_list *actions, const action *first, kt_mjcf_formula *to) {
-    double c[3] = {0.0, 0.0, 0.0};
-    for (const action *d = first; d != NULL; d = next_sharer(actions, d)) {
-        c[0] += d->c[0];
-        c[1] += d->c[1] * d->gear;
-        c[2] += d->c[2] * d->gear;
-    }
-    put_affine(m, first, c, to);
-}
-
-/* The factor that brings a sum S between bounds l < 0 < u: "*u/max(u, S)*l/min(l, S)". */
-static void put_share(const kt_mjcf *m, const kt_list *actions, const action *first, kt_mjcf_formula *to) {
-    static const char *const calls[] = {"/min(", "/max("};
-    for (int i = 0; i < 2; i++) {
-        kt_mjcf_print(to, "*%g%s%g, ", first->shared[i], calls[i], first->shared[i]);
-        put_shared_sum(m, actions, first, to);
-        kt_mjcf_put(to, ")");
-    }
-}
-
-/* Writes a term such as `3*clamp(2 + -5*position.a + -1*velocity.a, -1, 1)`. For the first of several actuators that
- * share a tendon, writes the terms of all. */
-static void put_action(const kt_mjcf *m, const kt_list *actions, const action *first, double lever,
-                       kt_mjcf_formula *to) {
-    const bool is_one = first->is_shared && is_one_sum(actions, first);
-    for (const action *d = first; d != NULL; d = d->is_shared && !is_one ? next_sharer(actions, d) : NULL) {
-        const double *bounds = is_one ? d->shared : d->bounds;
-        kt_mjcf_print(to, "%s%g*", d != first ? " + " : "", d->gear * lever);
-        put_bounded(to, bounds, true);
-        kt_mjcf_put(to, d->is_shared && !is_one ? "(" : "");
-        if (is_one)
-            put_shared_sum(m, actions, d, to);
-        else
-            put_force(m, d, to);
-        kt_mjcf_put(to, d->is_shared && !is_one ? ")" : "");
-        if (d->is_shared && !is_one)
-            put_share(m, actions, first, to);
-        put_bounded(to, bounds, false);
-    }
-}
-
-/* Whether an action is written together with another action along the same tendon. */
-static bool is_written_with_another(const kt_list *actions, int index) {
-    const action *d = action_at(actions, index);
-    for (int i = 0; i < index && d->is_shared; i++)
-        if (action_at(actions, i)->tendon == d->tendon)
-            return true;
-    return false;
 }
 
 /* Whether a muscle, in a joint without bounds, is a separate effect. */
@@ -450,63 +328,77 @@ static bool is_apart(const kt_mjcf_joint *j, const action *d) {
     return action_is_muscle(d) && isinf(j->force[0]) && isinf(j->force[1]);
 }
 
-/* The sum of all actuators that act in a joint with formulas, or `only` one of them. */
+/* Gives an effect the numbers of actuators, or takes the effect back and counts it if these are too many. */
+static void list_actuators(kt_mjcf *m, kt_effect *effect, const kt_list *actuators, const kt_element *e) {
+    kt_actuator *kept = kt_reader_take(m->r, &m->r->keep, (size_t)actuators->count, sizeof *kept);
+    if (kept == NULL)
+        return;
+    memcpy(kept, actuators->items, (size_t)actuators->count * sizeof *kept);
+    effect->actuators = kept;
+    effect->actuator_count = actuators->count;
+    if (kt_effect_numbers_fit(effect))
+        return;
+    m->draft.effects.count--;
+    kt_unknown_count(&m->forces, "actuators of a limited sum that are too many for an effect", e);
+}
+
+static void add_to_list(kt_mjcf *m, const action *d, kt_list *to) {
+    kt_actuator *actuator = kt_list_add(m->r, &m->r->scratch, to, sizeof *actuator);
+    if (actuator != NULL)
+        *actuator = d->numbers;
+}
+
+/* The sum of all listed actuators that act in a joint, or `only` one of them. */
 static void add_sum(kt_mjcf *m, const kt_list *actions, int joint, const action *only) {
     const kt_mjcf_joint *j = kt_mjcf_joint_at(m, joint);
-    kt_mjcf_formula to = {.whole = true};
+    kt_list sharers = {.count = 0};
     const action *last = NULL;
-    int sharers = 0, variables = 0, count;
-    put_bounded(&to, j->force, true);
     for (int i = 0; i < actions->count; i++) {
         const action *d = action_at(actions, i);
-        const double lever = d->is_formula && !is_written_with_another(actions, i) ? lever_of(m, d, joint) : 0.0;
-        if (lever == 0.0 || (only != NULL ? d != only : is_apart(j, d)))
+        if (!d->is_listed || lever_of(m, d, joint) == 0.0 || (only != NULL ? d != only : is_apart(j, d)))
             continue;
-        kt_mjcf_put(&to, sharers++ > 0 ? " + " : "");
-        put_action(m, actions, d, lever, &to);
-        (void)kt_mjcf_terms_of(m, d->tendon, &d->own, &count);
-        variables += 2 * count + (d->activation != NULL);
+        add_to_list(m, d, &sharers);
         last = d;
     }
-    put_bounded(&to, j->force, false);
-    if (sharers == 0)
-        return;
-    to.whole = to.whole && variables <= KT_FORMULA_VARIABLE_MAX;
-    kt_effect *effect =
-        kt_mjcf_add_formula(m, last->element, &to, "actuators whose limited sum is too long for a formula");
+    kt_effect *effect = last != NULL ? kt_draft_effect(&m->draft, last->element, KT_EFFECT_EXPRESSION) : NULL;
     if (effect == NULL)
         return;
     effect->joint = j->name;
+    effect->lower = j->force[0];
+    effect->upper = j->force[1];
     kt_phrase name = {.length = 0};
-    kt_phrase_add(&name, "%.150s_actuators", j->name);
-    kt_mjcf_name_effect(m, only != NULL || (sharers == 1 && last->tendon < 0) ? kt_xml_attribute(last->element, "name")
-                                                                              : name.text);
+    kt_phrase_add(&name, "%.240s_actuators", j->name);
+    kt_mjcf_name_effect(m, only != NULL || (sharers.count == 1 && last->tendon < 0)
+                               ? kt_xml_attribute(last->element, "name")
+                               : name.text);
     kt_left_count(&m->notes.sums, last->element);
+    list_actuators(m, effect, &sharers, last->element);
 }
 
-/* The actions on a spatial tendon: all actions, and the first one that acts on this tendon. */
-typedef struct pull {
-    const kt_list *actions;
-    const action *first;
-} pull;
-
-static void put_pull(const kt_mjcf *m, const kt_mjcf_tendon *t, const void *user, kt_mjcf_formula *to) {
-    const pull *p = user;
-    (void)t;
-    put_action(m, p->actions, p->first, 1.0, to);
+/* Whether an actuator is listed together with an earlier one of the same tendon. */
+static bool is_listed_with_another(const kt_list *actions, int index) {
+    const action *d = action_at(actions, index);
+    for (int i = 0; i < index && d->is_shared; i++)
+        if (action_at(actions, i)->tendon == d->tendon)
+            return true;
+    return false;
 }
 
 /* Adds the actions along spatial tendons. */
 static void pull_tendons(kt_mjcf *m, const kt_list *actions) {
     for (int i = 0; i < actions->count && !m->r->out_of_memory; i++) {
         const action *d = action_at(actions, i);
-        const pull p = {actions, d};
-        if (!is_along_path(m, d) || is_written_with_another(actions, i))
+        kt_list sharers = {.count = 0};
+        if (!is_along_path(m, d) || is_listed_with_another(actions, i))
             continue;
         if (kt_mjcf_tendon_at(m, d->tendon)->is_bounded)
             kt_unknown_count(&m->changes, "actuatorfrcrange of joints that an actuator of a spatial tendon moves, too",
                              d->element);
-        kt_mjcf_add_along_path(m, kt_mjcf_tendon_at(m, d->tendon), d->element, put_pull, &p);
+        for (const action *each = d; each != NULL; each = d->is_shared ? next_sharer(actions, each) : NULL)
+            add_to_list(m, each, &sharers);
+        kt_effect *effect = kt_mjcf_add_along_path(m, kt_mjcf_tendon_at(m, d->tendon), d->element);
+        if (effect != NULL)
+            list_actuators(m, effect, &sharers, d->element);
         kt_left_count(&m->notes.sums, d->element);
     }
 }
@@ -529,9 +421,9 @@ void kt_mjcf_actuators(kt_mjcf *m) {
     for (int i = 0; i < actions.count; i++)
         limit_tendon(m, &actions, action_at(&actions, i));
     for (int i = 0; i < actions.count; i++)
-        action_at(&actions, i)->is_formula = needs_formula(m, &actions, action_at(&actions, i));
+        action_at(&actions, i)->is_listed = needs_list(m, &actions, action_at(&actions, i));
     for (int i = 0; i < actions.count && !m->r->out_of_memory; i++)
-        if (!action_at(&actions, i)->is_formula && !is_along_path(m, action_at(&actions, i)))
+        if (!action_at(&actions, i)->is_listed && !is_along_path(m, action_at(&actions, i)))
             add_alone(m, action_at(&actions, i));
     pull_tendons(m, &actions);
     for (int i = 0; i < m->joints.count && !m->r->out_of_memory; i++) {

@@ -23,45 +23,38 @@ static bool read_polynomial(kt_mjcf *m, const kt_element *e, const char *tag, co
 
 static bool is_plain(const double k[3]) { return k[0] >= 0.0 && k[1] == 0.0 && k[2] == 0.0; }
 
-/* A force along a line by a formula: -factor x (k0 + k1 w + k2 x^2), with w = x, or |x|. */
-static void add_polynomial(kt_mjcf *m, const kt_mjcf_line *l, const double k[3], const kt_mjcf_formula *of,
-                           bool is_odd) {
-    const char *x = of->text;
-    kt_mjcf_formula to = {.whole = of->whole};
-    kt_mjcf_print(&to, "%g*%s*(%g + %g*%s%s + %g*%s^2)", -l->factor, x, k[0], k[1], is_odd ? "abs" : "", x, k[2], x);
-    kt_effect *effect =
-        kt_mjcf_add_formula(m, l->element, &to, "spring or damper of a joint whose name is too long for a formula");
-    if (effect != NULL)
-        effect->joint = l->joint;
+/* A force along a line by polynomials. */
+static void add_polynomial(kt_mjcf *m, const kt_mjcf_line *l, const kt_polynomial_spring *numbers) {
+    kt_polynomial_spring *spring = kt_reader_take(m->r, &m->r->keep, 1, sizeof *spring);
+    kt_effect *effect = spring != NULL ? kt_draft_effect(&m->draft, l->element, KT_EFFECT_EXPRESSION) : NULL;
+    if (effect == NULL)
+        return;
+    *spring = *numbers;
+    spring->factor = l->factor;
+    effect->spring = spring;
+    effect->joint = l->joint;
 }
 
 /* A spring without force from the first to the second length. */
 static void add_spring(kt_mjcf *m, const kt_mjcf_line *l, const double k[3], const double rest[2]) {
+    kt_polynomial_spring spring = kt_polynomial_spring_default();
     if (is_plain(k) && rest[0] == rest[1]) {
         kt_draft_spring(&m->draft, l->element, l->joint, k[0] * l->factor * l->factor, rest[0] / l->factor);
         return;
     }
-    kt_mjcf_formula x = {.whole = true};
-    static const char *const begins[] = {"(min(0, ", ") + max(0, "};
-    for (int i = 0; i < 2 && (i == 0 || rest[0] != rest[1]); i++) {
-        kt_mjcf_put(&x, rest[0] != rest[1] ? begins[i] : "(");
-        kt_mjcf_put_coordinate(&x, l->factor, "position", l->joint);
-        kt_mjcf_print(&x, " + %g", 0.0 - rest[i]);
-    }
-    kt_mjcf_put(&x, rest[0] != rest[1] ? "))" : ")");
-    add_polynomial(m, l, k, &x, false);
+    memcpy(spring.stiffness, k, sizeof spring.stiffness);
+    memcpy(spring.rest, rest, sizeof spring.rest);
+    add_polynomial(m, l, &spring);
 }
 
 static void add_damping(kt_mjcf *m, const kt_mjcf_line *l, const double k[3]) {
+    kt_polynomial_spring damper = kt_polynomial_spring_default();
     if (is_plain(k)) {
         kt_draft_resistance(&m->draft, l->element, l->joint, k[0] * l->factor * l->factor, 0.0);
         return;
     }
-    kt_mjcf_formula v = {.whole = true};
-    kt_mjcf_put(&v, "(");
-    kt_mjcf_put_coordinate(&v, l->factor, "velocity", l->joint);
-    kt_mjcf_put(&v, ")");
-    add_polynomial(m, l, k, &v, true);
+    memcpy(damper.damping, k, sizeof damper.damping);
+    add_polynomial(m, l, &damper);
 }
 
 static double line_friction_of(kt_mjcf *m, const kt_element *e, const char *tag) {

@@ -5,52 +5,16 @@
 
 #include <string.h>
 
-static void put_formula_piece(void *user, const char *text, size_t length, bool is_argument) {
-    kt_mjcf_formula *to = user;
-    (void)is_argument;
-    to->whole = to->whole && to->length + length < sizeof to->text;
-    if (!to->whole)
-        return;
-    memcpy(to->text + to->length, text, length);
-    to->length += length;
-    to->text[to->length] = '\0';
-}
-
-void kt_mjcf_put(kt_mjcf_formula *to, const char *text) { put_formula_piece(to, text, strlen(text), true); }
-
-void kt_mjcf_print(kt_mjcf_formula *to, const char *format, ...) {
-    va_list arguments;
-    va_start(arguments, format);
-    kt_print_pieces(put_formula_piece, to, format, arguments);
-    va_end(arguments);
-}
-
-void kt_mjcf_put_delayed(kt_mjcf_formula *to, double value, double delay) {
-    kt_mjcf_print(to, "%g", value);
-    if (delay > 0.0)
-        kt_mjcf_print(to, "*step(t - %g)", delay);
-}
-
-void kt_mjcf_put_coordinate(kt_mjcf_formula *to, double factor, const char *quantity, const char *joint) {
+void kt_mjcf_put_coordinate(kt_formula_text *to, double factor, const char *quantity, const char *joint) {
     if (factor != 1.0)
-        kt_mjcf_print(to, "%g*", factor);
+        kt_formula_print(to, "%g*", factor);
     to->whole = to->whole && strlen(quantity) + 1 + strlen(joint) <= KT_EXPRESSION_NAME_MAX;
-    kt_mjcf_print(to, "%s.%s", quantity, joint);
+    kt_formula_print(to, "%s.%s", quantity, joint);
 }
 
-const char *kt_mjcf_keep_formula(kt_mjcf *m, const kt_mjcf_formula *formula) {
+const char *kt_mjcf_keep_formula(kt_mjcf *m, const kt_formula_text *formula) {
     const char *text = formula->whole ? kt_reader_text(m->r, &m->r->keep, formula->text, formula->length) : NULL;
     return text;
-}
-
-kt_effect *kt_mjcf_add_formula(kt_mjcf *m, const kt_element *e, const kt_mjcf_formula *formula, const char *too_long) {
-    const char *text = kt_mjcf_keep_formula(m, formula);
-    kt_effect *effect = text != NULL ? kt_draft_effect(&m->draft, e, KT_EFFECT_EXPRESSION) : NULL;
-    if (effect != NULL)
-        effect->formula[0] = text;
-    else
-        kt_unknown_count(&m->forces, too_long, e);
-    return effect;
 }
 
 void kt_mjcf_name_effect(kt_mjcf *m, const char *name) {

@@ -226,18 +226,46 @@ bool kt_mjcf_inherited_range(kt_mjcf *m, const kt_element *e, const kt_mjcf_actu
     return true;
 }
 
-/* The control, clamped to its range. */
-double kt_mjcf_control_of(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control) {
-    double range[2];
+bool kt_mjcf_control_range(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double range[2]) {
     const bool is_limited = kt_mjcf_actuator_range(m, e, "ctrllimited", "ctrlrange", range) ||
                             (a->dynamics.type != KT_MJCF_INTEGRATOR && kt_mjcf_inherited_range(m, e, a, range));
-    return is_limited && !m->off.control_limits ? fmin(fmax(control, range[0]), range[1]) : control;
+    return is_limited && !m->off.control_limits;
+}
+
+double kt_mjcf_control_of(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double control) {
+    double range[2];
+    return kt_mjcf_control_range(m, e, a, range) ? fmin(fmax(control, range[0]), range[1]) : control;
+}
+
+void kt_mjcf_gains_of(const kt_mjcf_actuator *a, double gain[3], double bias[3]) {
+    for (int i = 0; i < 3; i++) {
+        gain[i] = (i == 0 && a->gain_type == FIXED) || a->gain_type == AFFINE ? a->gain[i] : 0.0;
+        bias[i] = a->bias_type == AFFINE_BIAS ? a->bias[i] : 0.0;
+    }
 }
 
 void kt_mjcf_force_of(const kt_mjcf_actuator *a, double control, double c[3]) {
+    double gain[3], bias[3];
+    kt_mjcf_gains_of(a, gain, bias);
     for (int i = 0; i < 3; i++)
-        c[i] = ((i == 0 && a->gain_type == FIXED) || a->gain_type == AFFINE ? a->gain[i] * control : 0.0) +
-               (a->bias_type == AFFINE_BIAS ? a->bias[i] : 0.0);
+        c[i] = gain[i] * control + bias[i];
+}
+
+const kt_muscle *kt_mjcf_muscle_of(kt_mjcf *m, const double numbers[KT_MJCF_MUSCLE_NUMBERS],
+                                   const kt_mjcf_reach *reach) {
+    static const double least = 1e-15; /* of divisors */
+    kt_muscle *made = kt_reader_take(m->r, &m->r->keep, 1, sizeof *made);
+    if (made == NULL)
+        return NULL;
+    *made = (kt_muscle){.range = {numbers[0], numbers[1]},
+                        .lengths = {reach->range[0], reach->range[1]},
+                        .force = numbers[2] < 0.0 ? numbers[3] / fmax(least, reach->acceleration) : numbers[2],
+                        .shortest = numbers[4],
+                        .longest = numbers[5],
+                        .speed = numbers[6],
+                        .passive = numbers[7],
+                        .stretched = numbers[8]};
+    return made;
 }
 
 kt_mjcf_actuator kt_mjcf_actuator_of(kt_mjcf *m, const kt_element *e) {

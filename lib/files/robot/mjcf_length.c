@@ -86,19 +86,19 @@ static bool has_formula_room(const char *wanted, int count) {
 }
 
 /* Adds "-sqrt(position.x^2 + position.y^2 + position.z^2)/n". */
-static void put_part(const char *const names[3], double divisor, kt_mjcf_formula *to) {
+static void put_part(const char *const names[3], double divisor, kt_formula_text *to) {
     for (int k = 0; k < 3; k++) {
-        kt_mjcf_put(to, k == 0 ? "-sqrt(" : " + ");
+        kt_formula_put(to, k == 0 ? "-sqrt(" : " + ");
         kt_mjcf_put_coordinate(to, 1.0, "position", names[k]);
-        kt_mjcf_put(to, k == 2 ? "^2)" : "^2");
+        kt_formula_put(to, k == 2 ? "^2)" : "^2");
     }
     if (divisor != 1.0)
-        kt_mjcf_print(to, "/%g", divisor);
+        kt_formula_print(to, "/%g", divisor);
 }
 
 /* Adds the sliders of a part as terms without a coefficient, and its length to the formula. */
 static void add_part_of_path(kt_mjcf *m, const kt_mjcf_tendon *t, const part *p, const char *wanted, kt_term *terms,
-                             kt_mjcf_formula *to) {
+                             kt_formula_text *to) {
     const double start[3] = {p->start.x, p->start.y, p->start.z};
     const char *names[3], *parent = p->from->end.body;
     for (int k = 0; k < 3; k++) {
@@ -142,7 +142,7 @@ static bool joins_branches(const kt_mjcf *m, const kt_mjcf_tendon *t) {
 
 void kt_mjcf_add_armature(kt_mjcf *m, const kt_mjcf_tendon *t) {
     const char *wanted = kt_element_name(t->element, "tendon");
-    kt_mjcf_formula to = {.whole = true};
+    kt_formula_text to = {.whole = true};
     kt_joint joint = kt_joint_default();
     parts p;
     if (!find_path_parts(m, t, &p) || !has_formula_room(wanted, p.count)) {

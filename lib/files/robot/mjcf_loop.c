@@ -141,28 +141,28 @@ static int add_terms(const kt_mjcf *m, const side *s, double factor, kt_term *to
 }
 
 /* Writes `(position.a + -0.1)`, for a tendon `(0.5*position.a + 2*position.b + -0.1)`. */
-static void put_length(const kt_mjcf *m, const side *s, kt_mjcf_formula *to) {
+static void put_length(const kt_mjcf *m, const side *s, kt_formula_text *to) {
     for (int i = 0; i < s->count; i++) {
         const kt_mjcf_term *term = s->terms != NULL ? &s->terms[i] : &s->own;
-        kt_mjcf_put(to, i == 0 ? "(" : " + ");
+        kt_formula_put(to, i == 0 ? "(" : " + ");
         kt_mjcf_put_coordinate(to, term->coefficient, "position", kt_mjcf_joint_at(m, term->joint)->name);
     }
     if (s->reference != 0.0)
-        kt_mjcf_print(to, " + %g", -s->reference);
-    kt_mjcf_put(to, ")");
+        kt_formula_print(to, " + %g", -s->reference);
+    kt_formula_put(to, ")");
 }
 
 /* Writes `-a2 (x - x0)^2 - a3 (x - x0)^3 - a4 (x - x0)^4`; NULL after reporting the reason. `others`: the number of
  * joints of the other side. */
 static const char *write_formula(kt_mjcf *m, const kt_element *e, const side *x, int others, const double a[5]) {
     static const char *const powers[] = {"^2", "^3", "^4"};
-    kt_mjcf_formula to = {.whole = true};
+    kt_formula_text to = {.whole = true};
     for (int k = 2; k < 5; k++) {
         if (a[k] == 0.0)
             continue;
-        kt_mjcf_print(&to, "%s%g*", to.length > 0 ? " + " : "", -a[k]);
+        kt_formula_print(&to, "%s%g*", to.length > 0 ? " + " : "", -a[k]);
         put_length(m, x, &to);
-        kt_mjcf_put(&to, powers[k - 2]);
+        kt_formula_put(&to, powers[k - 2]);
     }
     if (to.whole && x->count + others <= KT_FORMULA_VARIABLE_MAX)
         return kt_mjcf_keep_formula(m, &to);

@@ -54,7 +54,7 @@
     X(servos, START, "servos, whose target is that of the control at the start (0 without --keyframe):")               \
     X(activations, START, "activations of actuators, which are auxiliary states and follow the control at the start:") \
     X(sums, START,                                                                                                     \
-        "joints in which actuators act by a formula, with the control at the start, since the sum of their "           \
+        "joints whose actuators an effect lists, with the control at the start, since the sum of their "               \
         "forces is bounded, their stiffness or damping is below zero, or they are muscles:")                           \
     X(limits, MOTION, "limits of position, which do not act without --stops:")                                         \
     X(soft_stops, START, KT_NOTE_SOFT_STOPS)                                                                           \

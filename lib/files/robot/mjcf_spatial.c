@@ -2,8 +2,7 @@
  *
  * A tendon leads through sites, and around spheres and cylinders between two sites. A pulley ends a branch of the path,
  * and divides the lengths of the next branch by its divisor. A surface with a side site within its radius is a ring.
- * The formulas of forces have the length of the path as `length`, and its rate as `speed`. A tendon between two sites
- * alone acts between two ends.
+ * A tendon between two sites alone acts between two ends.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/mjcf.h"
@@ -222,94 +221,38 @@ bool kt_mjcf_read_path(kt_mjcf *m, kt_mjcf_tendon *t) {
 
 /* ---- effects ----------------------------------------------------------------------------------------------------- */
 
-void kt_mjcf_put_path(double factor, bool is_rate, kt_mjcf_formula *to) {
-    kt_mjcf_print(to, "%g*%s", factor, is_rate ? "speed" : "length");
-}
-
-void kt_mjcf_add_along_path(kt_mjcf *m, kt_mjcf_tendon *t, const kt_element *e, kt_mjcf_put_force *put,
-                            const void *user) {
-    kt_mjcf_formula to = {.whole = true};
-    if (!t->moves)
-        return;
-    put(m, t, user, &to);
-    kt_effect *effect = kt_mjcf_add_formula(m, e, &to, "force of a spatial tendon that is too long for a formula");
+kt_effect *kt_mjcf_add_along_path(kt_mjcf *m, kt_mjcf_tendon *t, const kt_element *e) {
+    kt_effect *effect = t->moves ? kt_draft_effect(&m->draft, e, KT_EFFECT_EXPRESSION) : NULL;
     if (effect == NULL)
-        return;
+        return NULL;
     kt_mjcf_name_effect(m, kt_xml_attribute(e, "name"));
     effect->end_count = 2;
     if (t->path_count > 2 || t->path[0].divisor > 0.0) {
         effect->path = t->path;
         effect->path_count = t->path_count;
-        return;
+        return effect;
     }
     for (int k = 0; k < 2; k++)
         effect->between[k] = t->path[k].end;
+    return effect;
 }
 
 /* ---- springs, dampers and stops ---------------------------------------------------------------------------------- */
 
-typedef struct passive {
-    double stiffness[3], damping[3], rest[2], friction;
-    bool only_beyond; /* a stop: damping acts only outside of the range of rest lengths */
-} passive;
-
-/* "x*(-k0 + -k1*odd + -k2*x^2)". */
-static void put_polynomial(const double k[3], const char *x, const char *odd, kt_mjcf_formula *to) {
-    kt_mjcf_print(to, "%s*(%g", x, -k[0]);
-    for (int i = 1; i < 3; i++)
-        if (k[i] != 0.0)
-            kt_mjcf_print(to, " + %g*%s", -k[i], i == 1 ? odd : x);
-    kt_mjcf_put(to, k[2] != 0.0 ? "^2)" : ")");
-}
-
-/* "(length - clamp(length, a, b))", the stretch of the spring. */
-static void put_stretch(const passive *p, kt_mjcf_formula *to) {
-    if (p->rest[0] == p->rest[1])
-        kt_mjcf_print(to, "(length - %g)", p->rest[0]);
-    else
-        kt_mjcf_print(to, "(length - clamp(length, %g, %g))", p->rest[0], p->rest[1]);
-}
-
-static bool is_linear(const double k[3]) { return k[1] == 0.0 && k[2] == 0.0; }
-
-/* "k*clamp(L, a, b) - k*L", or a polynomial of the stretch. */
-static void put_spring(const passive *p, kt_mjcf_formula *to) {
-    if (!is_linear(p->stiffness)) {
-        kt_mjcf_formula stretch = {.whole = true};
-        put_stretch(p, &stretch);
-        put_polynomial(p->stiffness, stretch.text, stretch.text, to);
+static void add_path_spring(kt_mjcf *m, kt_mjcf_tendon *t, const kt_polynomial_spring *numbers) {
+    kt_polynomial_spring *spring = kt_reader_take(m->r, &m->r->keep, 1, sizeof *spring);
+    kt_effect *effect = spring != NULL ? kt_mjcf_add_along_path(m, t, t->element) : NULL;
+    if (effect == NULL)
         return;
-    }
-    if (p->rest[0] == p->rest[1])
-        kt_mjcf_print(to, "%g + ", p->stiffness[0] * p->rest[0]);
-    else
-        kt_mjcf_print(to, "clamp(1*length, %g, %g)*%g + ", p->rest[0], p->rest[1], p->stiffness[0]);
-    kt_mjcf_put_path(-p->stiffness[0], false, to);
-}
-
-/* The sum of spring, damper and friction, which changes its sign over a small speed as joint_friction does. */
-static void put_passive(const kt_mjcf *m, const kt_mjcf_tendon *t, const void *user, kt_mjcf_formula *to) {
-    const passive *p = user;
-    (void)m, (void)t;
-    put_spring(p, to);
-    if (p->friction != 0.0)
-        kt_mjcf_print(to, " + %g*tanh(speed/%g)", -p->friction, kt_effect_default().smoothing);
-    if (!kt_mjcf_is_any(p->damping))
-        return;
-    kt_mjcf_put(to, " + ");
-    if (is_linear(p->damping))
-        kt_mjcf_put_path(-p->damping[0], true, to);
-    else
-        put_polynomial(p->damping, "speed", "abs(speed)", to);
-    if (p->only_beyond)
-        kt_mjcf_print(to, "*((1*length < %g) + (1*length > %g))", p->rest[0], p->rest[1]);
+    *spring = *numbers;
+    effect->spring = spring;
 }
 
 void kt_mjcf_act_in_path(kt_mjcf *m, kt_mjcf_tendon *t) {
     const kt_element *e = t->element;
     const kt_robot_options *o = m->source->options;
-    passive p = {.rest = {-1.0, -1.0}};
-    double range[2];
+    kt_polynomial_spring p = kt_polynomial_spring_default(), stop = p;
+    p.rest[0] = p.rest[1] = -1.0;
     if (!m->off.springs)
         (void)kt_mjcf_numbers(m, e, "tendon", "stiffness", 1, 3, p.stiffness);
     if (!m->off.dampers)
@@ -323,15 +266,14 @@ void kt_mjcf_act_in_path(kt_mjcf *m, kt_mjcf_tendon *t) {
     if (p.friction != 0.0)
         kt_left_count(&m->notes.friction, e);
     if (kt_mjcf_is_any(p.stiffness) || kt_mjcf_is_any(p.damping) || p.friction != 0.0)
-        kt_mjcf_add_along_path(m, t, e, put_passive, &p);
+        add_path_spring(m, t, &p);
     if (m->off.limits || !kt_mjcf_is_limited(m, e, "tendon", "limited", "range") ||
-        kt_mjcf_numbers(m, e, "tendon", "range", 2, 2, range) != 2)
+        kt_mjcf_numbers(m, e, "tendon", "range", 2, 2, stop.rest) != 2)
         return;
     kt_left_count(&m->notes.limits, e);
-    const passive stop = {.stiffness = {o->stop_stiffness},
-                          .damping = {o->stop_damping},
-                          .rest = {range[0], range[1]},
-                          .only_beyond = true};
+    stop.stiffness[0] = o->stop_stiffness;
+    stop.damping[0] = o->stop_damping;
+    stop.beyond = true;
     if (o->stop_stiffness != 0.0)
-        kt_mjcf_add_along_path(m, t, e, put_passive, &stop);
+        add_path_spring(m, t, &stop);
 }

@@ -3,6 +3,7 @@
 #include "robot/mjcf.h"
 
 #include <math.h>
+#include <string.h>
 
 /* Half of a wrench on a body: `force` times a vector in the axes of the frame. */
 static void add_half(kt_mjcf *m, const kt_element *e, kt_effect_type type, const kt_end *end, kt_frame frame,
@@ -19,21 +20,23 @@ static void add_half(kt_mjcf *m, const kt_element *e, kt_effect_type type, const
     kt_mjcf_name_effect(m, kt_xml_attribute(e, "name"));
 }
 
-/* A wrench on a body, in the axes of the body: the parts of `vectors` times a force by a formula. */
+/* A wrench on a body, in the axes of the body: the parts of `vectors` times the force of an actuator. */
 static void add_driven_wrench(kt_mjcf *m, const kt_element *e, const kt_end *end, const kt_vec3 vectors[2],
-                              const char *force) {
+                              const kt_actuator *numbers) {
     const double parts[6] = {vectors[0].x, vectors[0].y, vectors[0].z, vectors[1].x, vectors[1].y, vectors[1].z};
+    kt_actuator *actuator = kt_reader_take(m->r, &m->r->keep, 1, sizeof *actuator);
     kt_effect *effect = kt_draft_effect(&m->draft, e, KT_EFFECT_EXPRESSION);
-    if (effect == NULL)
+    if (effect == NULL || actuator == NULL)
         return;
+    *actuator = *numbers;
+    memcpy(actuator->wrench, parts, sizeof parts);
+    for (int k = 1; k < 3; k++) /* the length is zero */
+        actuator->gain[k] = actuator->bias[k] = 0.0;
+    effect->actuators = actuator;
+    effect->actuator_count = 1;
     effect->between[0] = *end;
     effect->end_count = 1;
     effect->frame = KT_FRAME_BODY;
-    for (int k = 0; k < 6; k++) {
-        kt_mjcf_formula to = {.whole = true};
-        kt_mjcf_print(&to, "%g*%s", parts[k], force);
-        effect->formula[k] = parts[k] != 0.0 ? kt_mjcf_keep_formula(m, &to) : NULL;
-    }
     kt_mjcf_name_effect(m, kt_xml_attribute(e, "name"));
 }
 
@@ -52,15 +55,16 @@ static double bounded_force_of(kt_mjcf *m, const kt_element *e, double force) {
 }
 
 /* An actuator of a site without another site acts with force times gear, a force and a moment in the site's axes. Its
- * length is zero. The force is that of the control u, or `formula`, in brackets or as a call, if it is not NULL. */
-void kt_mjcf_act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double u, const char *formula) {
+ * length is zero. The force is that of the control u, or of the numbers `driven`, if these are not NULL. */
+void kt_mjcf_act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator *a, double u,
+                         const kt_actuator *driven) {
     const int index = kt_mjcf_find(m, e, "site", KT_MJCF_SITES);
     const kt_mjcf_site *site = index >= 0 ? kt_mjcf_site_at(m, index) : NULL;
     double c[3];
     kt_vec3 gears[2];
     read_gears(m, e, gears);
     kt_mjcf_force_of(a, kt_mjcf_control_of(m, e, a, u), c);
-    if (c[2] != 0.0 || (formula != NULL && a->has_affine_gain && a->gain[2] != 0.0))
+    if (c[2] != 0.0 || (driven != NULL && a->has_affine_gain && a->gain[2] != 0.0))
         kt_unknown_count(&m->changes, "damping of an actuator of a site, which is left out", e);
     c[0] = bounded_force_of(m, e, c[0]);
     if (site == NULL || site->body == 0)
@@ -70,10 +74,10 @@ void kt_mjcf_act_at_site(kt_mjcf *m, const kt_element *e, const kt_mjcf_actuator
     const kt_end end = {.body = kt_mjcf_body_at(m, site->body)->name, .at = site->pose.position};
     for (int i = 0; i < 2; i++)
         gears[i] = kt_mat3_apply(site->pose.rotation, gears[i]);
-    for (int i = 0; i < 2 && formula == NULL; i++)
+    for (int i = 0; i < 2 && driven == NULL; i++)
         add_half(m, e, i == 0 ? KT_EFFECT_FORCE : KT_EFFECT_TORQUE, &end, KT_FRAME_BODY, gears[i], c[0]);
-    if (formula != NULL)
-        add_driven_wrench(m, e, &end, gears, formula);
+    if (driven != NULL)
+        add_driven_wrench(m, e, &end, gears, driven);
     kt_left_count(&m->notes.motors, e);
 }
 

@@ -3,6 +3,7 @@
 #ifndef KT_ROBOT_ROBOT_H
 #define KT_ROBOT_ROBOT_H
 
+#include "base/decimal.h"
 #include "document/xml.h"
 #include "kinetree/import.h"
 #include "scene/scene_part.h"
@@ -449,11 +450,5 @@ void kt_urdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene)
 void kt_mjcf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene);
 void kt_sdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene);
 bool kt_sdf_is_root(const kt_element *root); /* whether an element is the root of a file in SDF */
-
-/* Takes a piece of a text: a part of the format, or the text of an argument. */
-typedef void kt_print_piece(void *to, const char *text, size_t length, bool is_argument);
-
-/* Prints as printf does, but with three conversions alone: %s, %d, and %g, which is the text of kt_number_format. */
-void kt_print_pieces(kt_print_piece *put, void *to, const char *format, va_list arguments);
 
 #endif

@@ -3,6 +3,7 @@
 #define _XOPEN_SOURCE 700 /* newlocale */
 #include "robot/write.h"
 #include "base/require.h"
+#include "effect/actuator.h"
 #include "model/joint_name.h"
 
 #include <float.h>
@@ -51,8 +52,8 @@ static bool take_bushing(kt_export *x, const kt_effect *e) {
     if (!(joint->type == KT_JOINT_SPHERICAL && turns) &&
         !(joint->type == KT_JOINT_FREE && moves && !kt_export_is_deep(x, body)))
         return false;
-    x->forces[body].damping += e->dampings[3];
-    x->forces[body].stiffness += e->stiffnesses[3];
+    x->forces[body].damping[0] += e->dampings[3];
+    x->forces[body].stiffness[0] += e->stiffnesses[3];
     return true;
 }
 
@@ -67,23 +68,27 @@ static void take_effect(kt_export *x, const kt_effect *e, kt_robot_format format
     if (e->switching == KT_SWITCHED_OFF) {
         kt_export_lose(x, "effects that are switched off at the start");
     } else if (f != NULL && e->type == KT_EFFECT_JOINT_DAMPER) {
-        f->damping += e->damping;
+        f->damping[0] += e->damping;
     } else if (f != NULL && e->type == KT_EFFECT_JOINT_FRICTION) {
-        f->damping += e->viscous;
+        f->damping[0] += e->viscous;
         f->friction += e->coulomb;
         kt_export_lose(x, "smoothing and breakaway of joint_friction");
         if (e->friction > 0.0 || e->efficiency != 1.0)
             kt_export_lose(x, "friction that is proportional to a load (joint_friction)");
-    } else if (f != NULL && e->type == KT_EFFECT_JOINT_SPRING && format == KT_ROBOT_MJCF && f->stiffness == 0.0 &&
+    } else if (f != NULL && e->type == KT_EFFECT_JOINT_SPRING && format == KT_ROBOT_MJCF && f->stiffness[0] == 0.0 &&
+               f->stiffness[1] == 0.0 && f->stiffness[2] == 0.0 &&
                (e->rest.type == KT_FUNCTION_NONE || e->rest.type == KT_FUNCTION_CONSTANT)) {
-        f->stiffness = e->stiffness;
-        f->rest = e->rest.type == KT_FUNCTION_CONSTANT ? e->rest.value : 0.0;
-        f->damping += e->damping;
+        f->stiffness[0] = e->stiffness;
+        f->rest[0] = f->rest[1] = e->rest.type == KT_FUNCTION_CONSTANT ? e->rest.value : 0.0;
+        f->damping[0] += e->damping;
     } else if (f != NULL && is_motor(e) && format == KT_ROBOT_MJCF) {
         x->motors[x->motor_count++] = (kt_export_motor){e, body};
-    } else if (format != KT_ROBOT_MJCF ||
-               !(take_bushing(x, e) || kt_export_take_rope(x, e) || kt_export_take_actuator(x, e))) {
-        kt_export_lose(x, (unsigned)e->type < KT_EFFECT_TYPE_COUNT ? names[e->type] : "effects of a caller's own");
+    } else if (format != KT_ROBOT_MJCF || !(take_bushing(x, e) || kt_export_take_rope(x, e) ||
+                                            kt_export_take_spring(x, e) || kt_export_take_actuators(x, e))) {
+        if (e->type == KT_EFFECT_EXPRESSION && e->law == NULL && !kt_effect_has_numbers(e) && format == KT_ROBOT_MJCF)
+            kt_export_lose(x, "forces by formulas (actuators and springs by numbers have a place)");
+        else
+            kt_export_lose(x, (unsigned)e->type < KT_EFFECT_TYPE_COUNT ? names[e->type] : "effects of a caller's own");
     }
 }
 
@@ -175,14 +180,17 @@ static bool take_memory(kt_export *x) {
     x->sum = kt_pool_take(&x->pool, count, sizeof *x->sum);
     x->motors = kt_pool_take(&x->pool, (size_t)x->d->effect_count + 1, sizeof *x->motors);
     x->ropes = kt_pool_take(&x->pool, (size_t)(x->d->effect_count + x->length_count) + 1, sizeof *x->ropes);
-    x->actuators =
-        kt_pool_take(&x->pool, KT_EXPORT_STATES_MOST * ((size_t)x->d->effect_count + 1), sizeof *x->actuators);
+    size_t listed = 1;
+    for (int i = 0; i < x->d->effect_count; i++)
+        listed += (size_t)x->d->effects[i].actuator_count;
+    x->actuators = kt_pool_take(&x->pool, listed, sizeof *x->actuators);
+    x->lines = kt_pool_take(&x->pool, listed + (size_t)x->d->effect_count, sizeof *x->lines);
     x->is_kept = kt_pool_take(&x->pool, (size_t)x->d->state_count + 1, sizeof *x->is_kept);
     x->tendons = kt_pool_take(&x->pool, (size_t)x->d->loop_count + 1, sizeof *x->tendons);
     x->mesh_files = kt_pool_take(&x->pool, (size_t)x->mesh_count + 1, sizeof *x->mesh_files);
     if (memory == NULL || x->parent == NULL || x->first_child == NULL || x->next_child == NULL || x->forces == NULL ||
         x->followers == NULL || x->role == NULL || x->sum == NULL || x->motors == NULL || x->ropes == NULL ||
-        x->actuators == NULL || x->is_kept == NULL || x->tendons == NULL || x->mesh_files == NULL)
+        x->actuators == NULL || x->lines == NULL || x->is_kept == NULL || x->tendons == NULL || x->mesh_files == NULL)
         return false;
     kt_names_init(&x->names, names, memory);
     return true;

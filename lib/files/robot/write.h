@@ -3,14 +3,16 @@
 #ifndef KT_ROBOT_WRITE_H
 #define KT_ROBOT_WRITE_H
 
+#include "kinetree/effect.h"
 #include "kinetree/export.h"
 #include "kinetree/expression.h"
 #include "robot/robot.h"
 
 /* The forces in a joint of one coordinate. */
 typedef struct kt_export_forces {
-    double damping, friction, stiffness, rest;
-    double range[2]; /* bounds of the sum of its actuators; none if both are equal */
+    double damping[3], stiffness[3]; /* polynomials, as of kt_polynomial_spring */
+    double friction, rest[2];        /* rest: positions between which the spring has no force; equal but of a sum */
+    double range[2];                 /* bounds of the sum of its actuators; none if both are equal */
 } kt_export_forces;
 
 static inline bool kt_export_has_force_range(const kt_export_forces *f) { return f->range[0] < f->range[1]; }
@@ -37,30 +39,26 @@ typedef struct kt_export_motor {
 /* A spring and a damper between two ends or along a path: a spatial tendon. */
 typedef struct kt_export_rope {
     const kt_effect *effect;
-    double stiffness, damping, rest[2], armature; /* rest: lengths between which the spring has no force */
+    double stiffness[3], damping[3], friction, armature;
+    double rest[2]; /* lengths between which the spring has no force */
 } kt_export_rope;
 
-enum { KT_EXPORT_STATES_MOST = 8 /* auxiliary states in one formula */ };
+/* A tendon that is fixed to joints. */
+typedef struct kt_export_line {
+    const char *name;                   /* NULL: it has none */
+    bool is_renamed;                    /* another element has the name */
+    const kt_term *terms;               /* joints, a coefficient each */
+    int count;                          /* length of terms */
+    const kt_polynomial_spring *spring; /* NULL: none */
+    const kt_actuator *actuator;        /* the last one that has it; NULL: none */
+} kt_export_line;
 
-/* A muscle along the length L, with the scaled length l = offset + slope L and the scaled rate v = rate L'. */
-typedef struct kt_export_muscle {
-    double gear, offset, slope, rate;
-    double force, shortest, longest, passive, stretched; /* force, lmin, lmax, fpmax, fvmax */
-    double times[3], control; /* activation, deactivation, width of the smooth transition; control */
-} kt_export_muscle;
-
-/* A force by a formula, in a joint or along a path: an actuator. */
+/* An actuator by numbers. */
 typedef struct kt_export_actuator {
     const kt_effect *effect;
-    int body, rope;          /* body of the joint; index in `ropes`; -1: none */
-    int state;               /* the auxiliary state w that its force contains; -1: none */
-    double time, control;    /* w' = (control - w) / time, or w' = control if time is 0 */
-    double delay;            /* before which the control is zero; without w it is a force */
-    bool is_first;           /* the first of the actuators of one effect, which has the effect's name */
-    double bias[3], gain[3]; /* without w, and per w: a constant, by the length and by its rate */
-    bool has_force_range, has_act_range;
-    double force_range[2], act_range[2];
-    const kt_export_muscle *muscle; /* in place of bias and gain; NULL: it is none */
+    const kt_actuator *numbers;
+    int body, rope, line; /* body of the joint; index in `ropes`, in `lines`; -1: none. A site if all are -1 */
+    int state;            /* of its activation; -1: none */
 } kt_export_actuator;
 
 enum { KT_LOST_MOST = 64 };
@@ -98,6 +96,8 @@ typedef struct kt_export {
     int length_count;
     kt_export_actuator *actuators;
     int actuator_count;
+    kt_export_line *lines;
+    int line_count;
     bool *is_kept;           /* for each auxiliary state: whether an actuator has it */
     kt_loop const **tendons; /* couplings of several joints, or of one */
     int tendon_count;
@@ -232,21 +232,24 @@ void kt_export_ropes(kt_export *x);
 
 /* ---- write_actuator.c -------------------------------------------------------------------------------------------- */
 
-/* Adds an effect to the actuators; false if no actuator has its force. */
-bool kt_export_take_actuator(kt_export *x, const kt_effect *e);
-void kt_export_formula_actuators(kt_export *x);
+/* Adds the actuators of an effect; false if it has none, or MJCF has no such place. */
+bool kt_export_take_actuators(kt_export *x, const kt_effect *e);
+void kt_export_listed_actuators(kt_export *x);
 
-/* ---- write_muscle.c ---------------------------------------------------------------------------------------------- */
+/* The control of an actuator, or of its activation. */
+double kt_export_control(const kt_export *x, const kt_export_actuator *d);
 
-/* Reads a muscle from the texts of its force and of the rate of its activation w; false if they are none. */
-bool kt_export_read_muscle(const char *force, const char *rate, kt_export_muscle *m);
+/* Adds a tendon that is fixed to joints, unless one without a spring has the name; returns its index. */
+int kt_export_add_line(kt_export *x, const char *name, const kt_term *terms, int count);
 
-/* The force and the rate of w that the numbers of a muscle give. */
-double kt_export_muscle_force(const kt_export_muscle *m, double length, double speed, double w);
-double kt_export_muscle_rate(const kt_export_muscle *m, double w);
+/* Write ` attribute="NAME"` of such a tendon, and the bounds of the sum of an actuator's tendon (NULL: none). */
+void kt_export_line_name(kt_export *x, const char *attribute, int line);
+void kt_export_sum_range(kt_export *x, const kt_actuator *actuator);
 
-/* Writes the attributes of a muscle, and ends its element. */
-void kt_export_write_muscle(kt_export *x, const kt_export_muscle *m);
+/* Adds a polynomial spring; false if MJCF has no such one. Then the attributes of polynomials, as far as there are any:
+ * ` name="1"`, or ` name="1 2 3"`. */
+bool kt_export_take_spring(kt_export *x, const kt_effect *e);
+void kt_export_write_polynomial(kt_export *x, const char *name, const double k[3]);
 
 /* ---- the formats ------------------------------------------------------------------------------------------------- */
 

@@ -55,11 +55,10 @@ static void write_limits(kt_export *x, int i) {
 }
 
 static void write_mjcf_forces(kt_export *x, const kt_export_forces *f) {
-    kt_export_unless_zero(x, "damping", f->damping);
+    kt_export_write_polynomial(x, "damping", f->damping);
     kt_export_unless_zero(x, "frictionloss", f->friction);
-    kt_export_unless_zero(x, "stiffness", f->stiffness);
-    if (f->stiffness != 0.0)
-        kt_export_unless_zero(x, "springref", f->rest);
+    kt_export_write_polynomial(x, "stiffness", f->stiffness);
+    kt_export_unless_zero(x, "springref", f->rest[0]);
 }
 
 static void write_mjcf_joint(kt_export *x, const act *a, const kt_export_step *step) {
@@ -259,6 +258,19 @@ static void write_markers(kt_export *x, int i) {
     }
 }
 
+/* The sites at which actuators act. */
+static void write_actuated(kt_export *x, int body) {
+    for (int i = 0; i < x->actuator_count; i++) {
+        const kt_effect *e = x->actuators[i].effect;
+        if (e->end_count != 1 || kt_export_find(x, e->between[0].body) != body)
+            continue;
+        const kt_pose frame = kt_export_end(x, &e->between[0]);
+        kt_export_print(x, "<site name=\"actuator__%d\"", i + 1);
+        write_place(x, frame.position, frame.rotation);
+        kt_export_print(x, "/>");
+    }
+}
+
 static void begin_body(kt_export *x, int i, int depth) {
     const kt_body *body = kt_export_body(x, i);
     if (x->role[i] != KT_EXPORT_BODY)
@@ -275,6 +287,7 @@ static void begin_body(kt_export *x, int i, int depth) {
     write_markers(x, i);
     write_ends(x, i);
     kt_export_rope_points(x, i);
+    write_actuated(x, i);
     kt_export_print(x, "\n");
 }
 

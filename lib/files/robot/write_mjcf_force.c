@@ -30,17 +30,34 @@ static void write_number(kt_export *x, int i) {
     const kt_export_forces *f = &x->forces[i];
     const kt_joint *joint = &kt_export_body(x, i)->joint;
     double own;
-    const double offset = kt_export_number_offset(x, i, &own), rest = f->rest - offset;
+    const double offset = kt_export_number_offset(x, i, &own);
     kt_export_print(x, "    <fixed name=\"%s\"", joint_of(x, i));
-    kt_export_unless_zero(x, "damping", f->damping);
+    kt_export_write_polynomial(x, "damping", f->damping);
     kt_export_unless_zero(x, "frictionloss", f->friction);
-    if (f->stiffness != 0.0)
-        kt_export_print(x, " stiffness=\"%g\" springlength=\"%g %g\"", f->stiffness, rest, rest);
+    kt_export_write_polynomial(x, "stiffness", f->stiffness);
+    if (f->stiffness[0] != 0.0 || f->stiffness[1] != 0.0 || f->stiffness[2] != 0.0)
+        kt_export_print(x, " springlength=\"%g %g\"", f->rest[0] - offset, f->rest[1] - offset);
     kt_export_unless_zero(x, "armature", joint->armature[0]);
     if (isfinite(joint->limits.lower) && isfinite(joint->limits.upper) && joint->limits.lower < joint->limits.upper)
         kt_export_print(x, " range=\"%g %g\"", joint->limits.lower - offset, joint->limits.upper - offset);
     kt_export_print(x, ">");
     write_terms(x, x->sum[i], i, -1.0 / own);
+    kt_export_print(x, "</fixed>\n");
+}
+
+static void write_line(kt_export *x, int i) {
+    const kt_export_line *line = &x->lines[i];
+    kt_export_print(x, "    <fixed");
+    kt_export_line_name(x, "name", i);
+    kt_export_sum_range(x, line->actuator);
+    if (line->spring != NULL) {
+        kt_export_write_polynomial(x, "stiffness", line->spring->stiffness);
+        kt_export_numbers(x, "springlength", line->spring->rest, 2);
+        kt_export_write_polynomial(x, "damping", line->spring->damping);
+    }
+    kt_export_print(x, ">");
+    for (int k = 0; k < line->count; k++)
+        kt_export_print(x, "<joint joint=\"%s\" coef=\"%g\"/>", line->terms[k].joint, line->terms[k].coefficient);
     kt_export_print(x, "</fixed>\n");
 }
 
@@ -54,6 +71,8 @@ void kt_export_tendons(kt_export *x) {
         write_terms(x, x->tendons[i], -1, 1.0);
         kt_export_print(x, "</fixed>\n");
     }
+    for (int i = 0; i < x->line_count; i++)
+        write_line(x, i);
     kt_export_ropes(x);
     kt_export_print(x, "  </tendon>\n");
 }
@@ -147,7 +166,7 @@ void kt_export_actuators(kt_export *x) {
     kt_export_print(x, "  <actuator>\n");
     for (int i = 0; i < x->motor_count; i++)
         write_motor(x, &x->motors[i]);
-    kt_export_formula_actuators(x);
+    kt_export_listed_actuators(x);
     kt_export_print(x, "  </actuator>\n");
 }
 
@@ -244,7 +263,7 @@ void kt_export_start(kt_export *x) {
     for (int i = 0; i < x->motor_count; i++)
         add_numbers(x, (const double[]){control_of(x, &x->motors[i])}, 1);
     for (int i = 0; i < x->actuator_count; i++)
-        add_numbers(x, &x->actuators[i].control, 1);
+        add_numbers(x, (const double[]){kt_export_control(x, &x->actuators[i])}, 1);
     write_activations(x);
     kt_export_print(x, "\"/>\n  </keyframe>\n");
 }

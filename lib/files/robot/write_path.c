@@ -1,95 +1,85 @@
-/* Springs and dampers between two ends and along paths, as spatial tendons of MJCF.
+/* Springs and dampers between two ends and along paths, as spatial tendons of MJCF; polynomial springs in joints.
  *
- * A force f(L, L') is that of a tendon if it is k (r - L) - c L' with k, c >= 0 and r >= 0: the tendon has the
- * stiffness k, the spring length r and the damping c. If r is the number in [a, b] that is nearest to L, the tendon has
- * the spring lengths a and b. The values at some lengths and rates decide whether a formula is that function. Each
- * point of the path is a site, and each surface a geom without mass. A side is a site outside of the geom, and the
- * centre of a ring is a site inside. */
+ * Each point of a path is a site, and each surface a geom without mass. A side is a site outside of the geom, and the
+ * centre of a ring is a site inside. A spring in a joint is the joint's if its length is the position, and that of a
+ * tendon fixed to the joint otherwise. */
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "model/formula_names.h"
 #include "robot/write.h"
-
-#include "kinetree/effect.h"
 
 #include <math.h>
 #include <string.h>
 
 /* ---- which effects are tendons ----------------------------------------------------------------------------------- */
 
-static double value_at(const kt_expression *formula, const kt_formula_names *names, double length, double rate) {
-    double at[KT_FORMULA_VARIABLE_MAX] = {0.0};
-    for (int k = 0; k < names->count; k++)
-        at[k] = (int)names->variable[k].type == KT_VARIABLE_LENGTH ? length : rate;
-    return kt_expression_evaluate(formula, at);
-}
-
-static bool reads_path_alone(const kt_formula_names *names) {
-    for (int k = 0; k < names->count; k++)
-        if ((int)names->variable[k].type != KT_VARIABLE_LENGTH && (int)names->variable[k].type != KT_VARIABLE_SPEED)
-            return false;
-    return true;
-}
-
-/* k, c, and the ends a and b of the lengths without force. */
-typedef struct rope_line {
-    double stiffness, damping, rest[2];
-} rope_line;
-
-/* Whether a formula is such a force at some lengths and rates. */
-static bool is_rope(const kt_expression *formula, const kt_formula_names *names, const rope_line *r) {
-    static const double lengths[] = {1e-3, 0.02, 0.11, 0.37, 0.9, 1.7, 4.1, 13.0, 90.0};
-    static const double rates[] = {-50.0, -3.1, -0.4, -0.01, 0.02, 0.7, 5.3, 80.0};
-    for (size_t i = 0; i < sizeof lengths / sizeof *lengths; i++)
-        for (size_t k = 0; k < sizeof rates / sizeof *rates; k++) {
-            const double rest = fmin(fmax(lengths[i], r->rest[0]), r->rest[1]);
-            const double terms[3] = {r->stiffness * rest, r->stiffness * lengths[i], r->damping * rates[k]};
-            const double error = value_at(formula, names, lengths[i], rates[k]) - (terms[0] - terms[1] - terms[2]);
-            if (!(fabs(error) <= 1e-12 * (fabs(terms[0]) + fabs(terms[1]) + fabs(terms[2]))))
-                return false;
-        }
-    return true;
-}
-
-/* Finds the numbers of a formula. A rope whose force is zero up to a length has the slope k at large lengths alone. */
-static bool find_line(kt_export *x, const kt_effect *e, rope_line *r) {
-    static const double far = 1024.0;
-    kt_formula_names names = kt_formula_names_of(x->d, e);
-    const kt_symbols symbols = kt_formula_symbols(&names);
-    const kt_expression *formula = kt_export_parse(x, e->formula[0], &symbols);
-    if (formula == NULL || !reads_path_alone(&names))
+/* A linear spring between two ends. */
+static bool take_line_spring(kt_export *x, const kt_effect *e) {
+    if (e->initial_length || !(e->length >= 0.0) || !kt_export_add_rope(x, e))
         return false;
-    const double start = value_at(formula, &names, 0.0, 0.0), end = value_at(formula, &names, far, 0.0);
-    r->damping = start - value_at(formula, &names, 0.0, 1.0);
-    r->stiffness = start - value_at(formula, &names, 1.0, 0.0);
-    r->rest[0] = r->rest[1] = r->stiffness > 0.0 ? start / r->stiffness : 0.0;
-    if (is_rope(formula, &names, r))
-        return r->stiffness > 0.0 || start == 0.0;
-    r->stiffness = (end - value_at(formula, &names, 2.0 * far, 0.0)) / far;
-    if (!(r->stiffness > 0.0))
-        return false;
-    r->rest[0] = start / r->stiffness;
-    r->rest[1] = far + end / r->stiffness;
-    return is_rope(formula, &names, r);
+    kt_export_rope *rope = &x->ropes[x->rope_count - 1];
+    rope->stiffness[0] = e->stiffness;
+    rope->damping[0] = e->damping;
+    rope->rest[0] = rope->rest[1] = e->length;
+    return true;
 }
 
 bool kt_export_take_rope(kt_export *x, const kt_effect *e) {
-    rope_line r = {.stiffness = 0.0};
-    if (e->type == KT_EFFECT_EXPRESSION && e->end_count == 2 && e->law == NULL) {
-        if (!find_line(x, e, &r))
-            return false;
-    } else if (e->type == KT_EFFECT_SPRING && !e->initial_length) {
-        r = (rope_line){e->stiffness, e->damping, {e->length, e->length}};
-    } else {
-        return false;
+    const kt_polynomial_spring *s = e->type == KT_EFFECT_EXPRESSION && e->end_count == 2 ? e->spring : NULL;
+    if (s == NULL)
+        return e->type == KT_EFFECT_SPRING && take_line_spring(x, e);
+    if (s->beyond) {
+        kt_export_lose(x, "stops along paths");
+        return true;
     }
-    if (!(r.rest[0] >= 0.0 && r.rest[1] >= r.rest[0] && r.stiffness >= 0.0 && r.damping >= 0.0) ||
-        !kt_export_add_rope(x, e))
+    if (!(s->rest[0] >= 0.0) || !kt_export_add_rope(x, e))
         return false;
     kt_export_rope *rope = &x->ropes[x->rope_count - 1];
-    rope->stiffness = r.stiffness;
-    rope->damping = r.damping;
-    memcpy(rope->rest, r.rest, sizeof r.rest);
+    memcpy(rope->stiffness, s->stiffness, sizeof rope->stiffness);
+    memcpy(rope->damping, s->damping, sizeof rope->damping);
+    memcpy(rope->rest, s->rest, sizeof rope->rest);
+    rope->friction = s->friction;
+    if (s->friction != 0.0)
+        kt_export_lose(x, "smoothing of the friction of paths");
     return true;
+}
+
+/* ---- springs in joints ------------------------------------------------------------------------------------------- */
+
+static bool is_zero_polynomial(const double k[3]) { return k[0] == 0.0 && k[1] == 0.0 && k[2] == 0.0; }
+
+/* Whether a spring can be added to those of a joint, or of the tendon that its slider represents. */
+static bool fits_in_joint(const kt_export *x, const kt_polynomial_spring *s, int body) {
+    const kt_export_forces *f = &x->forces[body];
+    const bool has_spring = !is_zero_polynomial(s->stiffness);
+    return s->factor == 1.0 && (!has_spring || is_zero_polynomial(f->stiffness)) &&
+           (!has_spring || x->role[body] == KT_EXPORT_SUM || s->rest[0] == s->rest[1]);
+}
+
+bool kt_export_take_spring(kt_export *x, const kt_effect *e) {
+    const kt_polynomial_spring *s = e->type == KT_EFFECT_EXPRESSION && e->end_count == 0 ? e->spring : NULL;
+    const int body = s != NULL ? kt_export_scalar(x, e->joint) : -1;
+    if (body < 0)
+        return false;
+    kt_export_forces *f = &x->forces[body];
+    if (fits_in_joint(x, s, body)) {
+        for (int k = 0; k < 3; k++)
+            f->damping[k] += s->damping[k];
+        if (is_zero_polynomial(s->stiffness))
+            return true;
+        memcpy(f->stiffness, s->stiffness, sizeof f->stiffness);
+        memcpy(f->rest, s->rest, sizeof f->rest);
+        return true;
+    }
+    kt_term *term = x->role[body] != KT_EXPORT_SUM ? kt_pool_take(&x->pool, 1, sizeof *term) : NULL;
+    if (term == NULL)
+        return false;
+    *term = (kt_term){e->joint, s->factor};
+    x->lines[kt_export_add_line(x, e->name, term, 1)].spring = s;
+    return true;
+}
+
+void kt_export_write_polynomial(kt_export *x, const char *name, const double k[3]) {
+    if (!is_zero_polynomial(k))
+        kt_export_numbers(x, name, k, k[1] != 0.0 || k[2] != 0.0 ? 3 : 1);
 }
 
 bool kt_export_add_rope(kt_export *x, const kt_effect *e) {
@@ -179,12 +169,13 @@ void kt_export_ropes(kt_export *x) {
         const kt_export_rope *rope = &x->ropes[i];
         kt_export_print(x, "    <spatial");
         write_name(x, "name", i, -1, "");
-        if (rope->stiffness > 0.0) {
-            kt_export_numbers(x, "stiffness", &rope->stiffness, 1);
+        kt_export_write_polynomial(x, "stiffness", rope->stiffness);
+        if (!is_zero_polynomial(rope->stiffness))
             kt_export_numbers(x, "springlength", rope->rest, rope->rest[0] < rope->rest[1] ? 2 : 1);
-        }
-        kt_export_unless_zero(x, "damping", rope->damping);
+        kt_export_write_polynomial(x, "damping", rope->damping);
+        kt_export_unless_zero(x, "frictionloss", rope->friction);
         kt_export_unless_zero(x, "armature", rope->armature);
+        kt_export_sum_range(x, rope->effect->actuators);
         kt_export_print(x, ">");
         for (int k = 0; k < count_points(rope->effect); k++) {
             const kt_path_point point = point_at(rope->effect, k);

@@ -110,8 +110,8 @@ static void write_limit(kt_export *x, const kt_joint *joint, const char *type) {
 static void write_urdf_forces(kt_export *x, int i) {
     const kt_export_forces *f = &x->forces[i];
     const kt_export_follower *follower = &x->followers[i];
-    if (f->damping != 0.0 || f->friction != 0.0)
-        kt_export_print(x, "    <dynamics damping=\"%g\" friction=\"%g\"/>\n", f->damping, f->friction);
+    if (f->damping[0] != 0.0 || f->friction != 0.0)
+        kt_export_print(x, "    <dynamics damping=\"%g\" friction=\"%g\"/>\n", f->damping[0], f->friction);
     if (follower->master >= 0)
         kt_export_print(x, "    <mimic joint=\"%s\" multiplier=\"%g\" offset=\"%g\"/>\n",
                         kt_joint_name_of(kt_export_body(x, follower->master)), follower->a[1], follower->a[0]);

@@ -74,9 +74,8 @@ static bool read_joint_name(kt_reader *r, const kt_scope *scope, kt_node *node, 
 
 /* Joints named twice are left to kt_description_check. The sum of the terms is an angle if one of their joints
  * rotates. */
-static bool read_terms(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
-    (void)field;
-    kt_loop *loop = object;
+bool kt_terms_read(kt_reader *r, const kt_scope *scope, kt_node *node, kt_number_reader *read, const kt_term **out,
+                   int *count) {
     if (node->kind != KT_NODE_MAP || node->count == 0)
         return kt_fault_expected(r, scope, node, "a mapping of joints to numbers (crank: 1)");
     kt_term *terms = kt_pool_take(&r->keep, node->count, sizeof *terms);
@@ -88,13 +87,19 @@ static bool read_terms(kt_reader *r, const kt_scope *scope, kt_node *node, const
     for (kt_node *key = node->of.first; key != NULL; key = key->next->next, i++) {
         const kt_scope here = {.outer = scope, .key = key->kind == KT_NODE_TEXT ? key->of.text : "?"};
         good = kt_read_name(r, scope, key, "the name of a joint", &terms[i].joint) && good;
-        good = kt_put_number(r, &here, key->next, KT_QUANTITY_NUMBER, &terms[i].coefficient) && good;
+        good = read(r, &here, key->next, KT_QUANTITY_NUMBER, &terms[i].coefficient) && good;
         if (kt_joint_quantity(r, terms[i].joint) == KT_QUANTITY_ANGLE)
             r->scene->joint_quantity = KT_QUANTITY_ANGLE;
     }
-    loop->terms = terms;
-    loop->term_count = i;
+    *out = terms;
+    *count = i;
     return good;
+}
+
+static bool read_terms(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    kt_loop *loop = object;
+    (void)field;
+    return kt_terms_read(r, scope, node, kt_put_number, &loop->terms, &loop->term_count);
 }
 
 /* With a formula the joints that it reads are terms, with coefficients of 0, which are not written. */
@@ -303,6 +308,16 @@ static bool same_formulas(const kt_member *m) {
     return formulas[0] == NULL && formulas[1] == NULL && formulas[2] == NULL;
 }
 
+/* A bound is that of actuators, and is ignored without them. */
+static bool read_bound(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
+    return kt_put_number(r, scope, node, KT_QUANTITY_NUMBER, kt_field_in(object, field));
+}
+
+static bool same_bound(const kt_member *m) {
+    return ((const kt_effect *)m->object)->actuators == NULL ||
+           kt_same_bits(kt_member_value(m), kt_member_standard(m), sizeof(double));
+}
+
 /* ---- all kinds --------------------------------------------------------------------------------------------------- */
 
 /* An expression acts at one of three places: two ends, one end, or a joint. */
@@ -326,6 +341,8 @@ const kt_kind *kt_kind_of_item_key(const kt_key *key) {
         .read = read_end_point, .write = kt_kind_numbers_write, .same = same_point, .size = sizeof(kt_vec3)};
     static const kt_kind joint = {.read = read_joint_name, .write = kt_text_write};
     static const kt_kind terms = {.read = read_terms, .write = write_coupling_terms, .same = same_terms};
+    static const kt_kind bound = {
+        .read = read_bound, .write = kt_kind_numbers_write, .same = same_bound, .size = sizeof(double)};
     static const kt_kind loop = {.read = read_loop_name, .write = kt_text_write, .size = sizeof(char *)};
     static const kt_kind coupling = {.read = read_coupling, .write = kt_text_write, .size = sizeof(char *)};
     static const kt_kind function = {.read = read_function, .write = write_function, .size = sizeof(kt_function_type)};
@@ -348,6 +365,9 @@ const kt_kind *kt_kind_of_item_key(const kt_key *key) {
         [KT_KEY_FORMULA] = &coupling,
         [KT_KEY_FORMULAS] = &formulas,
         [KT_KEY_PATH] = &kt_kind_path,
+        [KT_KEY_ACTUATORS] = &kt_kind_actuators,
+        [KT_KEY_SPRING] = &kt_kind_spring,
+        [KT_KEY_BOUND] = &bound,
         [KT_KEY_LOOP] = &loop,
     };
     static const kt_kind optional_ends = {.read = kt_kind_ends_read, .write = kt_kind_ends_write, .same = same_ends};

@@ -1,6 +1,8 @@
 /* Auxiliary states of a scene, and their rates, in which every one of them may be used:
  *
  *     states: {current: {initial: 0, rate: "(supply - R*current - k*velocity.rotor)/L"}}
+ *
+ * or their activations by numbers (scene_actuator.c).
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
@@ -33,6 +35,12 @@ static const kt_field state_fields[] = {
     {.key = "rate", .kind = &kind_rate, AT(rate), .flags = KT_FIELD_REQUIRED},
 };
 static const kt_table state_table = {.fields = state_fields, .count = KT_COUNT_OF(state_fields), .flow = true};
+static const kt_field activated_fields[] = {
+    {.key = "initial", .kind = &kt_kind_number, AT(initial)},
+    {.key = "activation", .kind = &kt_kind_activation, AT(activation), .flags = KT_FIELD_REQUIRED},
+};
+static const kt_table activated_table = {
+    .fields = activated_fields, .count = KT_COUNT_OF(activated_fields), .flow = true};
 
 /* All names, before any rate is read; the first of them is state k. */
 static bool read_state_names(kt_reader *r, const kt_scope *scope, kt_node *map, kt_auxiliary_state *states, size_t k) {
@@ -79,7 +87,9 @@ static bool read_states(kt_reader *r, const kt_scope *scope, kt_node *node, cons
     r->scene->description = &scene->description; /* also of a scene without bodies */
     for (int k = (int)before; k < scene->description.state_count; k++) {
         const kt_scope here = {.outer = scope, .key = states[k].name, .index = k - (int)before};
-        (void)kt_table_read(r, &here, r->scene->state_nodes[k], &state_table, &states[k]);
+        kt_node *one = r->scene->state_nodes[k];
+        const bool is_activation = one->kind == KT_NODE_MAP && kt_node_find(one, "activation") != NULL;
+        (void)kt_table_read(r, &here, one, is_activation ? &activated_table : &state_table, &states[k]);
     }
     return !kt_node_is_faulty(node);
 }
@@ -92,7 +102,9 @@ static void write_state_list(kt_emitter *e, const kt_member *m) {
         if (kt_scene_is_place_state(m->object, d->states[k].name))
             continue; /* of an event, which makes it again */
         kt_emit_key(e, d->states[k].name);
-        if (d->states[k].rate == NULL)
+        if (d->states[k].activation != NULL)
+            kt_table_write(e, &activated_table, &d->states[k], &rest);
+        else if (d->states[k].rate == NULL)
             kt_emit_reject(e, KT_ERROR_UNSUPPORTED,
                            "the rate of state '%.60s' is a program's; no scene file can hold it", d->states[k].name);
         else

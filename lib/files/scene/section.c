@@ -3,6 +3,7 @@
 #include "model/describe.h"
 #include "scene/scene_part.h"
 
+#include <math.h>
 #include <stddef.h>
 
 /* Whether it acts throughout (kt_switching). */
@@ -133,6 +134,9 @@ static void read_effect(kt_reader *r, const kt_scope *scope, const kt_item_read 
                           "an expression acts in a `joint`, `between` two ends, along a `path`, or `at` a point of a "
                           "body; give one of "
                           "them");
+    else if (good && effect->actuators == NULL && (isfinite(effect->lower) || isfinite(effect->upper)))
+        (void)kt_fault_at(r, KT_ERROR_SCENE, scope, node,
+                          "`lower` and `upper` bound the sum of `actuators`; write clamp(..) into the formula");
 }
 
 static void write_effect(kt_emitter *e, const void *item, int index) {

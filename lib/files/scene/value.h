@@ -39,6 +39,10 @@ bool kt_read_rotation(kt_reader *r, const kt_scope *scope, kt_node *node, kt_rot
  * mapping has faults. */
 bool kt_end_settle(kt_reader *r, const kt_scope *scope, kt_node *node, kt_end *end);
 bool kt_read_end(kt_reader *r, const kt_scope *scope, kt_node *node, kt_end *out);
+/* Joints and a number each, which `read` reads: kt_read_number, or kt_put_number. */
+typedef bool kt_number_reader(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, double *out);
+bool kt_terms_read(kt_reader *r, const kt_scope *scope, kt_node *node, kt_number_reader *read, const kt_term **out,
+                   int *count);
 /* A function of time; `quantity` is that of its values. */
 bool kt_read_function(kt_reader *r, const kt_scope *scope, kt_node *node, kt_quantity quantity, kt_function *out);
 
@@ -89,12 +93,14 @@ extern const kt_kind kt_kind_choice;
 extern const kt_kind kt_kind_flag; /* bool */
 /* A struct within the struct, with its kt_table as detail. */
 extern const kt_kind kt_kind_map;
-extern const kt_kind kt_kind_rotation; /* kt_rotation */
-extern const kt_kind kt_kind_end;      /* kt_end */
-extern const kt_kind kt_kind_ends;     /* kt_end[2] */
-extern const kt_kind kt_kind_path;     /* kt_effect.path */
-extern const kt_kind kt_kind_surface;  /* kt_surface */
-extern const kt_kind kt_kind_track;    /* kt_track */
+extern const kt_kind kt_kind_rotation;                  /* kt_rotation */
+extern const kt_kind kt_kind_end;                       /* kt_end */
+extern const kt_kind kt_kind_ends;                      /* kt_end[2] */
+extern const kt_kind kt_kind_path;                      /* kt_effect.path */
+extern const kt_kind kt_kind_actuators, kt_kind_spring; /* of kt_effect */
+extern const kt_kind kt_kind_activation;                /* kt_auxiliary_state.activation */
+extern const kt_kind kt_kind_surface;                   /* kt_surface */
+extern const kt_kind kt_kind_track;                     /* kt_track */
 
 /* Functions for parts of these kinds, for keys that may be missing. */
 bool kt_kind_end_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object);

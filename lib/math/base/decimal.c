@@ -83,3 +83,58 @@ bool kt_decimal_read(const char *text, double *value, const char **end) {
     *end = after;
     return true;
 }
+
+/* ---- writing ----------------------------------------------------------------------------------------------------- */
+
+/* Replaces the decimal point of the locale, of one byte or several. */
+static void set_point(char *text) {
+    char *at = text + strspn(text, "+-0123456789");
+    const size_t length = strcspn(at, "0123456789e");
+    if (length == 0 || *at == 'e' || *at == 'i' || *at == 'n')
+        return;
+    *at = '.';
+    memmove(at + 1, at + length, strlen(at + length) + 1);
+}
+
+/* `1e-05` becomes `1.0e-5`. Readers of YAML 1.1 take a number with an exponent for a text unless it has a point, and a
+ * sign of the exponent. */
+static void shape_exponent(char *text) {
+    char exponent[8];
+    char *at = strchr(text, 'e');
+    if (at == NULL)
+        return;
+    const char *digits = at + 2 + strspn(at + 2, "0");
+    (void)snprintf(exponent, sizeof exponent, "e%c%.4s", at[1], digits);
+    *at = '\0';
+    (void)snprintf(at, KT_NUMBER_SIZE - (size_t)(at - text), "%s%s", strchr(text, '.') == NULL ? ".0" : "", exponent);
+}
+
+void kt_number_format(char *text, double value) {
+    for (int digits = 15; digits <= 17; digits++) {
+        (void)snprintf(text, KT_NUMBER_SIZE, "%.*g", digits, value);
+        if (strtod(text, NULL) == value)
+            break;
+    }
+    set_point(text);
+    shape_exponent(text);
+}
+
+void kt_print_pieces(kt_print_piece *put, void *to, const char *format, va_list arguments) {
+    for (const char *at = format; *at != '\0';) {
+        const size_t length = strcspn(at, "%");
+        char number[KT_NUMBER_SIZE];
+        const char *text = number;
+        put(to, at, length, false);
+        at += length;
+        if (*at == '\0')
+            return;
+        if (at[1] == 's')
+            text = va_arg(arguments, const char *);
+        else if (at[1] == 'd')
+            (void)snprintf(number, sizeof number, "%d", va_arg(arguments, int));
+        else
+            kt_number_format(number, va_arg(arguments, double));
+        put(to, text, strlen(text), true);
+        at += 2;
+    }
+}

@@ -15,6 +15,8 @@
     X(kt_accuracy_point)                                                                                               \
     X(kt_accuracy_quantity)                                                                                            \
     X(kt_accuracy_results)                                                                                             \
+    X(kt_activation)                                                                                                   \
+    X(kt_actuator)                                                                                                     \
     X(kt_batch_frame)                                                                                                  \
     X(kt_batch_job)                                                                                                    \
     X(kt_batch_lanes)                                                                                                  \
@@ -85,6 +87,7 @@
     X(kt_mode)                                                                                                         \
     X(kt_model_options)                                                                                                \
     X(kt_multiplier)                                                                                                   \
+    X(kt_muscle)                                                                                                       \
     X(kt_native)                                                                                                       \
     X(kt_newton)                                                                                                       \
     X(kt_occurrence)                                                                                                   \
@@ -93,6 +96,7 @@
     X(kt_path_point)                                                                                                   \
     X(kt_place)                                                                                                        \
     X(kt_plan_step)                                                                                                    \
+    X(kt_polynomial_spring)                                                                                            \
     X(kt_pose)                                                                                                         \
     X(kt_power)                                                                                                        \
     X(kt_quat)                                                                                                         \

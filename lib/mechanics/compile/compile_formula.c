@@ -2,6 +2,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/aligned.h"
 #include "compile/attach.h"
+#include "effect/actuator.h"
 #include "expression/part.h"
 #include "model/formula_names.h"
 
@@ -51,21 +52,22 @@ static void fill_part(void *user, const kt_expression_term *term, size_t count) 
 kt_status kt_attach_count_formulas(const kt_description *description, const kt_effect *effect, kt_formula_names *names,
                                    kt_counts *n, kt_error *error) {
     kt_status status = KT_OK;
-    *names = effect->law != NULL ? kt_law_names_of(description, effect) : kt_formula_names_of(description, effect);
+    *names = effect->law != NULL ? kt_law_names_of(description, effect) : kt_effect_names_of(description, effect);
     for (int k = 0; k < 6 && effect->type == KT_EFFECT_EXPRESSION && status == KT_OK; k++) {
-        if (effect->formula[k] == NULL)
+        kt_formula_text written;
+        const char *text = kt_effect_formula(effect, k, &written);
+        if (text == NULL)
             continue;
-        const size_t size = kt_expression_size(effect->formula[k]);
+        const size_t size = kt_expression_size(text);
         const kt_symbols symbols = kt_formula_symbols(names);
         const kt_expression *expression;
         void *memory = kt_arena_allocate(size, "reading a formula", error);
-        status = memory == NULL
-                     ? KT_ERROR_MEMORY
-                     : kt_expression_parse(effect->formula[k], &symbols, memory, size, &expression, NULL, error);
+        status = memory == NULL ? KT_ERROR_MEMORY
+                                : kt_expression_parse(text, &symbols, memory, size, &expression, NULL, error);
         if (status == KT_OK)
             kt_expression_parts(expression, time_of(names), count_formula_part, n);
         kt_aligned_release(memory);
-        n->number += formula_numbers_of(effect->formula[k]);
+        n->number += formula_numbers_of(text);
     }
     n->variable += (size_t)names->count;
     for (int k = 0; k < names->count; k++)
@@ -95,7 +97,7 @@ kt_status kt_attach_fill_formulas(const kt_attach *a, kt_model *m, const kt_effe
                                   size_t *number, size_t *variable, size_t *part, kt_error *error) {
     kt_part_place place = {m, number, *part};
     kt_formula_names names =
-        effect->law != NULL ? kt_law_names_of(a->description, effect) : kt_formula_names_of(a->description, effect);
+        effect->law != NULL ? kt_law_names_of(a->description, effect) : kt_effect_names_of(a->description, effect);
     kt_symbols symbols = kt_formula_symbols(&names);
     symbols.compiled = kt_model_tables(m);
     r->variable = (int32_t)*variable;
@@ -103,14 +105,16 @@ kt_status kt_attach_fill_formulas(const kt_attach *a, kt_model *m, const kt_effe
     r->law_derivatives = effect->law_derivatives;
     for (int k = 0; k < 6; k++) {
         const kt_expression *expression;
-        if (effect->formula[k] == NULL)
+        kt_formula_text written;
+        const char *text = kt_effect_formula(effect, k, &written);
+        if (text == NULL)
             continue;
-        const kt_status status = kt_expression_parse(effect->formula[k], &symbols, m->number + *number,
-                                                     kt_expression_size(effect->formula[k]), &expression, NULL, error);
+        const kt_status status = kt_expression_parse(text, &symbols, m->number + *number, kt_expression_size(text),
+                                                     &expression, NULL, error);
         if (status != KT_OK)
             return status;
         r->formula[k] = *number + 1;
-        *number += formula_numbers_of(effect->formula[k]);
+        *number += formula_numbers_of(text);
         kt_expression_parts(expression, time_of(&names), fill_part, &place);
     }
     for (int k = 0; k < names.count; k++)

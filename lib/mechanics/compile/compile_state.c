@@ -3,6 +3,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "compile/attach.h"
 #include "compile/compile.h"
+#include "effect/actuator.h"
 #include "model/check.h"
 
 #include <string.h>
@@ -36,7 +37,9 @@ void kt_checker_state(kt_checker *checker, const kt_auxiliary_state *state) {
                          kt_name_quote(state->name).text);
     (void)kt_checker_number(checker, "initial", state->initial);
     kt_formula_names names = {.description = checker->description};
-    if (state->rate == NULL)
+    if (state->activation != NULL)
+        kt_checker_activation(checker, state);
+    else if (state->rate == NULL)
         check_law(checker, state);
     else
         (void)kt_checker_formula(checker, "rate", state->rate, &names);
@@ -44,16 +47,21 @@ void kt_checker_state(kt_checker *checker, const kt_auxiliary_state *state) {
 
 /* Returns the rate in the form of an effect in a joint, because such an effect has the same variables, and the same
  * code compiles both. If the rate belongs to a law, the result is the effect of this law. *law and *rate: the indices
- * of the law and of its rate; -1 without a law. */
-static kt_effect effect_of(const kt_description *d, const kt_auxiliary_state *state, int *law, int *rate) {
+ * of the law and of its rate; -1 without a law. `written` receives the rate of an activation. */
+static kt_effect effect_of(const kt_description *d, const kt_auxiliary_state *state, kt_formula_text *written, int *law,
+                           int *rate) {
     kt_effect effect = kt_effect_default();
     *rate = *law = -1;
-    if (state->rate == NULL) {
+    if (state->rate == NULL && state->activation == NULL) {
         *law = kt_law_of_state(d, state->name, -1, rate);
         return d->effects[*law];
     }
     effect.type = KT_EFFECT_EXPRESSION;
     effect.formula[0] = state->rate;
+    if (state->activation != NULL) {
+        kt_activation_rate(state->activation, state->name, written);
+        effect.formula[0] = written->text;
+    }
     return effect;
 }
 
@@ -62,7 +70,8 @@ kt_status kt_attach_count_states(kt_attach *a, kt_counts *n, kt_error *error) {
     kt_status status = KT_OK;
     for (int i = 0; i < d->state_count && status == KT_OK; i++) {
         int law, of;
-        const kt_effect rate = effect_of(d, &d->states[i], &law, &of);
+        kt_formula_text written;
+        const kt_effect rate = effect_of(d, &d->states[i], &written, &law, &of);
         kt_formula_names names;
         status = kt_attach_count_formulas(d, &rate, &names, n, error);
         if (status == KT_OK)
@@ -79,7 +88,8 @@ kt_status kt_attach_fill_states(const kt_attach *a, kt_model *m, size_t *number,
     for (int i = 0; i < d->state_count && status == KT_OK; i++) {
         const kt_auxiliary_state *state = &d->states[i];
         int law, of;
-        const kt_effect rate = effect_of(d, state, &law, &of);
+        kt_formula_text written;
+        const kt_effect rate = effect_of(d, state, &written, &law, &of);
         kt_effect_record *r = &m->state[i];
         *r = (kt_effect_record){.type = (int32_t)rate.type,
                                 .source = (int32_t)(law < 0 ? i : law),

@@ -5,12 +5,14 @@
  *   along a path         f dL/dq, L the length of the path (path.c); f may use L and L'
  *   on a point           force (f1, f2, f3) and moment (f4, f5, f6), in world axes or in the end's
  *
+ * Numbers of actuators or of a polynomial spring may take the place of formulas (actuator.c).
  * Power: supplied = f q', f n . d', f L', or f . v + m . w. The formulas, or a law in C, are evaluated by
  * evaluate/effect_formula.c, and differentiated by derivative/effect_derivatives.c.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
+#include "effect/actuator.h"
 #include "effect/path.h"
 #include "model/formula_names.h"
 
@@ -93,6 +95,10 @@ static void expression_check(kt_checker *checker, const kt_effect *effect) {
         check_path(checker, effect);
     for (int k = 0; k < effect->end_count && !kt_effect_has_path(effect); k++)
         (void)kt_checker_end(checker, on_body ? "at" : "between", on_body ? -1 : k, &effect->between[k]);
+    if (kt_effect_has_numbers(effect)) {
+        kt_checker_numbers(checker, effect);
+        return;
+    }
     if (effect->law != NULL) {
         kt_checker_law(checker, effect);
         return;
@@ -110,7 +116,8 @@ static void expression_check(kt_checker *checker, const kt_effect *effect) {
             return;
     }
     if (!any || (!on_body && effect->formula[0] == NULL))
-        kt_checker_fault(checker, "force", -1, "the formula is missing; give force%s", on_body ? " or torque" : "");
+        kt_checker_fault(checker, "force", -1, "the formula is missing; give force%s, or actuators",
+                         on_body ? " or torque" : "");
 }
 
 #if KT_IS_OF_VALUES
@@ -186,6 +193,12 @@ static const kt_key keys[] = {
      .needed = false},
     {"torque", KT_KEY_FORMULAS, KT_EFFECT_AT(formula[3]), "N m", "on a body: a list of three formulas", "none",
      .needed = false},
+    {"actuators", KT_KEY_ACTUATORS, KT_EFFECT_AT(actuators), "",
+     "in place of formulas: a list of actuators, whose forces are added", "none", .needed = false},
+    {"lower", KT_KEY_BOUND, KT_EFFECT_AT(lower), "N m|N", "of actuators: the least sum", "none", .needed = false},
+    {"upper", KT_KEY_BOUND, KT_EFFECT_AT(upper), "N m|N", "of actuators: the largest sum", "none", .needed = false},
+    {"spring", KT_KEY_SPRING, KT_EFFECT_AT(spring), "", "in place of formulas: a spring and a damper by polynomials",
+     "none", .needed = false},
     {"frame", KT_KEY_FRAME, KT_EFFECT_AT(frame), "",
      "on a body: `world`, or `body` for components along the axes of the marker, or else of the body", "world",
      .needed = false},
@@ -197,7 +210,7 @@ const kt_descriptor kt_effect_expression_descriptor = {
                "             named, and gravity.JOINT, which balances gravity in a joint;\n"
                "             in a loop also of position.LOOP and velocity.LOOP;\n"
                "             between two ends of length and speed, and f > 0 pushes them apart;\n"
-               "             along a path likewise, of its length",
+               "             along a path likewise, of its length; or by numbers of actuators, or of a spring",
     .example = KT_EXAMPLE_ARM
     "  - {type: expression, joint: arm, force: \"-3*position.arm^3 - 0.2*velocity.arm*abs(velocity.arm)\"}\n",
     KT_DESCRIPTOR_KEYS,

@@ -43,6 +43,9 @@ static bool is_quaternion(const kt_formula_names *names, const kt_variable *vari
 static bool find_formula_symbol(void *user, const char *name, kt_symbol *symbol) {
     kt_formula_names *names = user;
     kt_variable found;
+    char full[KT_EXPRESSION_NAME_MAX + 1];
+    if (names->lengthen != NULL)
+        name = names->lengthen(names->numbers, name, full);
     if (!is_own_variable(names, name, &found) && !kt_variable_find(names->description, name, &found))
         return false;
     names->quaternion = names->quaternion || is_quaternion(names, &found);

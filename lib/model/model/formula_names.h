@@ -13,7 +13,10 @@
 typedef struct kt_formula_names {
     const kt_description *description;
     int ends;
-    const char *coordinate;                        /* coordinate of a loop, in which the effect acts; NULL: none */
+    const char *coordinate;   /* coordinate of a loop, in which the effect acts; NULL: none */
+    const kt_effect *numbers; /* effect whose numbers take the place of formulas; NULL: none */
+    const char *(*lengthen)(const kt_effect *numbers, const char *name, char *full); /* full name of a short one; NULL:
+                                                                                        names are full */
     kt_variable variable[KT_FORMULA_VARIABLE_MAX]; /* type may be KT_VARIABLE_LENGTH, KT_VARIABLE_SPEED */
     int count;
     bool full;       /* more names than there is room for */

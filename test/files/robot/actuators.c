@@ -1,5 +1,5 @@
-/* Forces by formulas as actuators of MJCF: models with activations and spatial tendons are written and read back. At
- * random states the forces and the rates of activations are the same. */
+/* Actuators by numbers as actuators of MJCF: models with activations and tendons are written and read back, and written
+ * as scene files. At random states the forces and the rates of activations are the same, and so are the numbers. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "write_back.h"
 
@@ -239,7 +239,7 @@ KT_TEST(sums_of_bounded_actuators_come_back) {
     "<keyframe><key name='k' ctrl='.7 .2 .1' act='.1 .3'/></keyframe></mujoco>"
 #define POLYNOMIALS "stiffness='2 3 4' damping='.1 .2'"
 
-/* Actuators whose sum is bounded, and polynomial springs, are formulas that contain the name of the joint. */
+/* Names have no influence on what is kept: neither in the actuators of a bounded sum nor in polynomial springs. */
 KT_TEST(names_of_255_bytes_lose_nothing) {
     const kt_robot_options options = {.keyframe = "k"};
     kt_random random = kt_random_of_test();
@@ -249,12 +249,154 @@ KT_TEST(names_of_255_bytes_lose_nothing) {
     compare_machines(&plain, &named, &random);
     check_actuators(HINGE("j", ""), "");
     check_actuators(HINGE(LONG, ""), "");
+    check_actuators(HINGE("j", POLYNOMIALS), "");
+    check_actuators(HINGE(LONG, POLYNOMIALS), "");
 }
 
-/* Other functions of time than delays of the control, and a sum with one term of another form. */
-KT_TEST(forces_of_other_forms_are_left_out_and_told) {
-    static const char *const forces[] = {"2*position.a*step(t - 1)", "3*step(t - 1) + 2*sin(t)", "abs(velocity.a)",
-                                         "1 + step(t - 2)*3*x", "clamp(velocity.a*x + 2*x, -1, position.a)"};
+/* ---- numbers ----------------------------------------------------------------------------------------------------- */
+
+/* A model that is written in MJCF from the scene, and from a scene file of it. */
+static void write_twice(const kt_scene *scene, const char *lost, char *text[2]) {
+    const kt_scene *const scenes[] = {scene, kt_test_scene(kt_test_written(scene))};
+    for (int i = 0; i < 2; i++) {
+        kt_error error = {0};
+        told t;
+        kt_need_fine("written", write_back(&scenes[i]->description, KT_ROBOT_MJCF, &t, &text[i], &error), &error);
+        kt_check_text("lost", t.text, lost);
+    }
+}
+
+/* Checks that the written model has parts, between '|', and so has the model after it was read and written once more,
+ * also by way of scene files. */
+static void check_numbers(const char *model, const char *parts) {
+    const kt_robot_options first = {.keyframe = "k"}, again = {.keyframe = "start"};
+    char *text[2], *back[2], part[400];
+    write_twice(test_robot(model, &first), "", text);
+    kt_check_text("from the scene file", text[1], text[0]);
+    write_twice(test_robot(text[0], &again), "", back);
+    kt_check_text("once more from the scene file", back[1], back[0]);
+    kt_check_text("tendons and actuators once more", strstr(back[0], "<tendon>"), strstr(text[0], "<tendon>"));
+    for (const char *at = parts; *at != '\0'; at += *at == '|') {
+        const size_t length = strcspn(at, "|");
+        (void)snprintf(part, sizeof part, "%.*s", (int)length, at);
+        kt_check_contains("numbers", text[0], part);
+        kt_check_contains("numbers once more", back[0], part);
+        at += length;
+    }
+}
+
+KT_TEST(numbers_of_actuators_and_their_activations_come_back) {
+    check_numbers(
+        MODEL("<actuator><general name='f' joint='a' gear='-2' dyntype='filterexact' dynprm='.4' gaintype='affine' "
+              "gainprm='3 .5 -.25' biastype='affine' biasprm='.1 -4 -.2' ctrlrange='-1 1' forcerange='-1 2' "
+              "actrange='-.3 .6'/><intvelocity name='i' joint='b' kp='7' kv='.3' delay='.7' nsample='7001'/>"
+              "<muscle name='m' joint='c' gear='1.5' lengthrange='-2 3' range='.6 1.2' force='40' timeconst='.02 .07' "
+              "tausmooth='.3' lmin='.4' lmax='1.7' vmax='2' fpmax='1.1' fvmax='1.3'/>"
+              "<motor name='d' joint='a' gear='3' delay='.1' nsample='1001'/></actuator>"
+              "<keyframe><key name='k' ctrl='.7 .2 .5 .25' act='.1 .5 .3'/></keyframe>"),
+        "name=\"f\" joint=\"a\" gear=\"-2\" ctrlrange=\"-1 1\" forcerange=\"-1 2\" actrange=\"-0.3 0.6\" "
+        "dyntype=\"filterexact\" dynprm=\"0.4\" gaintype=\"affine\" gainprm=\"3 0.5 -0.25\" biastype=\"affine\" "
+        "biasprm=\"0.1 -4 -0.2\"|"
+        "name=\"i\" joint=\"b\" gear=\"1\" delay=\"0.7\" nsample=\"7001\" dyntype=\"integrator\" gainprm=\"7\" "
+        "biastype=\"affine\" biasprm=\"0 -7 -0.3\"|"
+        "name=\"m\" joint=\"c\" gear=\"1.5\" dyntype=\"muscle\" dynprm=\"0.02 0.07 0.3\" gaintype=\"muscle\" "
+        "gainprm=\"0.6 1.2 40 200 0.4 1.7 2 1.1 1.3\"|lengthrange=\"-2 3\"|"
+        "name=\"d\" joint=\"a\" gear=\"3\" delay=\"0.1\" nsample=\"1001\" gainprm=\"1\"/>|"
+        "ctrl=\" 0.7 0.25 0.2 0.5\"|act=\" 0.1 0.5 0.3\"");
+}
+
+/* A joint with a polynomial spring and actuators of a bounded sum, tendons of one joint and of two, and a path. */
+KT_TEST(numbers_of_polynomial_springs_and_tendons_come_back) {
+    check_numbers(
+        "<mujoco><compiler angle='radian'/><worldbody><site name='w' pos='0 0 1'/><body name='a'><joint name='a' "
+        "axis='0 1 0' stiffness='2 3 4' damping='.1 .2 .3' springref='.25' actuatorfrcrange='-3 2'/><geom size='.1' "
+        "pos='.2 0 0'/><site name='s' pos='.1 0 .1'/><body name='b' pos='.5 0 0'><joint name='b' axis='0 1 0' "
+        "actuatorfrcrange='-5 4'/><geom size='.1' pos='.2 0 0'/></body></body></worldbody><tendon><fixed name='one' "
+        "stiffness='5 6 7' springlength='-.1 .3' damping='.4 .5'><joint joint='b' coef='-2'/></fixed><fixed name='two' "
+        "actuatorfrcrange='-1 1.5'><joint joint='a' coef='.5'/><joint joint='b' coef='1.5'/></fixed><spatial "
+        "name='path' stiffness='8 0 9' springlength='.4 .7' damping='.2 .1'><site site='w'/><site site='s'/></spatial>"
+        "</tendon><actuator><position name='p' joint='a' kp='8' forcerange='-2 2'/><general name='q' joint='a' "
+        "dyntype='filter' dynprm='.2' gainprm='30'/><motor name='r' tendon='two' gear='2' forcerange='-.5 .5'/>"
+        "<motor name='s' tendon='two'/></actuator>"
+        "<keyframe><key name='k' ctrl='.7 .2 .1 .4' act='.3'/></keyframe></mujoco>",
+        "actuatorfrcrange=\"-3 2\" damping=\"0.1 0.2 0.3\" stiffness=\"2 3 4\" springref=\"0.25\"|"
+        "actuatorfrcrange=\"-5 4\"|stiffness=\"5 6 7\" springlength=\"-0.1 0.3\"|damping=\"0.4 0.5 0\"|"
+        "<joint joint=\"b\" coef=\"-2\"/>|"
+        "<fixed name=\"two\" actuatorfrcrange=\"-1 1.5\"><joint joint=\"a\" coef=\"0.5\"/><joint joint=\"b\" "
+        "coef=\"1.5\"/>|name=\"path\" stiffness=\"8 0 9\" springlength=\"0.4 0.7\" damping=\"0.2 0.1 0\"|"
+        "name=\"p\" joint=\"a\" gear=\"1\" forcerange=\"-2 2\" gainprm=\"8\" biastype=\"affine\" biasprm=\"0 -8 "
+        "0\"|name=\"r\" tendon=\"two\" gear=\"2\" forcerange=\"-0.5 0.5\"|name=\"s\" tendon=\"two\" gear=\"1\"");
+}
+
+KT_TEST(actuators_of_sites_come_back) {
+    static const char text[] =
+        "<mujoco><worldbody><body name='a'><freejoint/><geom size='.1' mass='2'/><site name='s' pos='.1 .2 0' "
+        "euler='90 0 0'/></body></worldbody><actuator><general name='f' site='s' gear='1 2 3 .1 .2 .3' "
+        "dyntype='filter' dynprm='.4' gainprm='3' forcerange='-1 2'/></actuator>"
+        "<keyframe><key name='k' qpos='0 0 1 1 0 0 0' ctrl='.7' act='.1'/></keyframe></mujoco>";
+    check_actuators(text, "");
+    check_numbers(text, "dyntype=\"filterexact\" dynprm=\"0.4\"");
+}
+
+/* Numbers, and a formula that is written out. */
+static const char *const numbers_and_formulas[][2] = {
+    {"actuators: [{gear: 2, gain: 5, bias: [0.1, -5, -1], control: 0.3, control_upper: 0.25, lower: -1, upper: 1.5}], "
+     "upper: 2.5",
+     "force: \"min(2*clamp(1.35 - 10*position.a - 2*velocity.a, -1, 1.5), 2.5)\""},
+    {"actuators: [{gain: [3, 0.5, -0.2], activation: w, activation_upper: 0.4}, {gain: 4, control: 0.5, delay: 0.5}]",
+     "force: \"min(w, 0.4)*(3 + 0.5*position.a - 0.2*velocity.a) + 0.5*step(t - 0.5)*4\""},
+    {"actuators: [{gain: 0, active: {lengths: [-2, 1], force: 40}, activation: w}]",
+     "force: \"-40*w*(clamp((l + -0.5)*4, 0, 2)^2/2 - clamp((l + -0.75)*4, 0, 1)^2)*(clamp((1.6 - l)/0.3, 0, 2)^2/2 - "
+     "clamp((1.3 - l)/0.3, 0, 1)^2)*(clamp(s + 1, 0, 1)^2 + clamp(s, 0, 0.2)*(2 - clamp(s*5, 0, 1)))\""},
+    {"spring: {factor: -0.5, stiffness: [10, 2, 4], rest: [0.1, 0.2], damping: [0.3, 0.1, 0.2]}",
+     "force: \"0.5*x*(10 + 2*x + 4*x^2) + 0.5*v*(0.3 + 0.1*abs(v) + 0.2*v^2)\""},
+};
+
+/* Opens both; l and s are the scaled length and rate of the muscle, x and v those of the spring. */
+static machine open_numbers(const char *force) {
+    return kt_test_open(
+        kt_test_scene_of("kinetree: 1\nbodies: [{name: a, joint: {type: revolute, axis: y}, mass: 1, "
+                         "shape: {type: rod, to: [0, 0, -1]}}]\nstates: {w: {activation: {type: filter, "
+                         "control: 0.7, times: 0.4}}}\nexpressions: {l: 0.95 + 0.1*position.a, s: "
+                         "velocity.a/15, x: \"min(0, -0.5*position.a - 0.1) + max(0, -0.5*position.a - "
+                         "0.2)\", v: -0.5*velocity.a}\neffects: [{type: expression, joint: a, %s}]\n",
+                         force),
+        NULL);
+}
+
+/* Forces and their derivatives, which follow from the same kernels. */
+KT_TEST(numbers_have_the_forces_and_derivatives_of_formulas) {
+    static _Alignas(64) double work[1 << 12];
+    kt_random random = kt_random_of_test();
+    KT_WORST worst = kt_worst_make("force, derivatives");
+    for (size_t i = 0; i < sizeof numbers_and_formulas / sizeof *numbers_and_formulas; i++) {
+        const machine of[2] = {open_numbers(numbers_and_formulas[i][0]), open_numbers(numbers_and_formulas[i][1])};
+        for (int n = 0; n < TRIALS; n++) {
+            const double q = kt_random_uniform(&random, -3.0, 3.0), v = kt_random_uniform(&random, -9.0, 9.0),
+                         w = kt_random_uniform(&random, -0.2, 1.2), t = kt_random_uniform(&random, 0.0, 1.0);
+            double found[2][4];
+            for (int k = 0; k < 2; k++) {
+                kt_error error = {0};
+                kt_need(kt_check_true("force", evaluate(&of[k], t, &q, &v, &w, &found[k][0], &found[k][1])));
+                kt_need_fine("derivatives",
+                             kt_acceleration_derivatives(of[k].model, of[k].data, work, sizeof work, t, &q, &v, NULL,
+                                                         NULL, &found[k][2], &found[k][3], NULL, &error),
+                             &error);
+            }
+            for (int k = 0; k < 4; k++)
+                kt_worst_near(&worst, found[0][k], found[1][k], 1e-12 * (1.0 + fabs(found[1][k])), "%d, %d", (int)i, k);
+        }
+    }
+}
+
+/* ---- what is lost ------------------------------------------------------------------------------------------------ */
+
+#define BY_FORMULA "forces by formulas (actuators and springs by numbers have a place)"
+
+/* Formulas of a user are lost, also those that have the force of an actuator. */
+KT_TEST(forces_by_formulas_are_left_out_and_told) {
+    static const char *const forces[] = {"2*position.a*step(t - 1)", "3 - 2*position.a", "abs(velocity.a)",
+                                         "2*clamp(x, -1, 1)", "clamp(velocity.a*x + 2*x, -1, position.a)"};
     for (size_t i = 0; i < sizeof forces / sizeof *forces; i++) {
         char text[500];
         told t;
@@ -264,17 +406,33 @@ KT_TEST(forces_of_other_forms_are_left_out_and_told) {
                        "\"%s\"}\n",
                        forces[i]);
         (void)come_back(&kt_test_scene(text)->description, KT_ROBOT_MJCF, NULL, &t);
-        kt_check_text(forces[i], t.text, "effects of type expression 1\nauxiliary states 1\n");
+        kt_check_text(forces[i], t.text, BY_FORMULA " 1\nauxiliary states 1\n");
     }
 }
 
-/* MuJoCo bounds each of its actuators, and the sum of all in a joint, but not the sum of two of them. */
-KT_TEST(bounded_sums_of_several_states_are_left_out_and_told) {
-    static const char text[] =
-        "kinetree: 1\nbodies: [{name: a, joint: {type: revolute, axis: x}, mass: 1, inertia: [1, 1, 1]}]\n"
-        "states:\n  x: {rate: \"1 - x\"}\n  y: {rate: \"2 - y\"}\neffects:\n"
-        "  - {type: expression, joint: a, force: \"2*clamp(x + y, -1, 1)\"}\n";
-    told t;
-    (void)come_back(&kt_test_scene(text)->description, KT_ROBOT_MJCF, NULL, &t);
-    kt_check_text("lost", t.text, "effects of type expression 1\nauxiliary states 2\n");
+/* MuJoCo bounds each of its actuators, and the sum of all in a joint, but not the sum of two of three. It has no
+ * activation by a formula. */
+KT_TEST(numbers_without_a_place_in_mjcf_are_told) {
+    static const struct {
+        const char *effects, *lost;
+    } cases[] = {
+        {"[{type: expression, joint: a, upper: 1, actuators: [{control: 2}, {control: 3}]}, {type: motor, joint: a, "
+         "torque: 1}]",
+         "bounds of sums of actuators, which MuJoCo has for all that move a joint alone 1\nauxiliary states 1\n"},
+        {"[{type: expression, joint: a, actuators: [{activation: x}]}]",
+         "actuators whose activation has a rate by a formula 1\nauxiliary states 1\n"},
+        {"[{type: expression, between: [world, a], spring: {stiffness: 5, rest: [1, 2], beyond: true}}]",
+         "stops along paths 1\nauxiliary states 1\n"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        told t;
+        (void)come_back(
+            &kt_test_scene_of(
+                 "kinetree: 1\nbodies: [{name: a, joint: {type: prismatic, axis: x}, mass: 1, inertia: [1, 1, 1]}]"
+                 "\nstates: {x: {rate: \"1 - x\"}}\neffects: %s\n",
+                 cases[i].effects)
+                 ->description,
+            KT_ROBOT_MJCF, NULL, &t);
+        kt_check_text(cases[i].effects, t.text, cases[i].lost);
+    }
 }
