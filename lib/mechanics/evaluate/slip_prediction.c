@@ -107,6 +107,7 @@ static void set_items(const kt_data *data, kt_slip_problem *p) {
     kt_coulomb *c = p->c;
     c->n = (int)p->at->n;
     c->rows = c->stride = 3 * c->n;
+    c->size = 0.0;
     c->W = p->W_at;
     for (int i = 0; i < c->rows; i++)
         c->line[i] = i;
@@ -247,9 +248,31 @@ bool kt_slip_predicts_wide(const kt_data *data, const kt_slip_problem *p) {
     return any;
 }
 
+/* The rows of normal forces have no unit, but those of slip are accelerations. One number bounds the residuals of all
+ * rows, so the rows of normal forces are measured in the largest acceleration of slip under a unit of force. A power of
+ * two leaves the bits of W. */
+static double scale_of_normals(const kt_slip_problem *p) {
+    const size_t rows = 3 * p->at->n;
+    double most = 0.0;
+    for (size_t i = 0; i < rows; i++)
+        most = i % 3 == 0 ? most : fmax(most, p->W_at[i * rows + i]);
+    return most > 0.0 && isfinite(most) ? exp2(floor(log2(most))) : 1.0;
+}
+
+static void scale_normals(kt_slip_problem *p, double by) {
+    const size_t rows = 3 * p->at->n;
+    for (size_t i = 0; i < rows; i += 3) {
+        p->c->b[i] *= by;
+        for (size_t j = 0; j < rows; j++)
+            p->W_at[i * rows + j] *= by;
+    }
+}
+
 bool kt_slip_predict(const kt_data *data, kt_slip_problem *p, bool wide) {
+    const double scale = scale_of_normals(p);
     bool holds = false, found = false;
     p->wide = wide;
+    scale_normals(p, scale);
     for (size_t k = 0; k < p->at->n; k++)
         p->fades[kt_slip_index(p, k)] = !wide && is_unresolved(data, kt_slip_index(p, k));
     for (int i = 0; i == 0 || (i <= PREDICTIONS && find_fading(data, p, holds, found)); i++) {
@@ -259,5 +282,6 @@ bool kt_slip_predict(const kt_data *data, kt_slip_problem *p, bool wide) {
         predict_directions(data, p, &holds);
         found = solve_prediction(p->at->n, p);
     }
+    scale_normals(p, 1.0 / scale);
     return found;
 }
