@@ -343,6 +343,9 @@ double kt_contact_unresolved(const kt_simulation *simulation, const double *W, i
  * The largest force contains the part of a load. The force of slip does not, because friction from a load is left out
  * of accelerations at rest (kt_contacts_put_rests). */
 double kt_contact_coefficient(const kt_model *model, const kt_contact *contact);
+/* The factor of friction that holds a contact (directions.c), and the coefficient with this factor at the time t. */
+static const double kt_contact_holding = 1e3;
+double kt_contact_coefficient_at(const kt_model *model, const kt_contact *friction, double t);
 double kt_contact_limit(const kt_model *model, const kt_contact *contact);
 double kt_contact_slip(const kt_model *model, const kt_contact *contact);
 

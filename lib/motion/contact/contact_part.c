@@ -83,6 +83,7 @@ static void clear_due_contacts(struct kt_contacts *c) {
 static int act_on_contacts(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
     const kt_contact *contact = user;
     struct kt_contacts *c = simulation->contacts;
+    bool any = c->stops || c->window > 0.0;
     (void)what;
     for (int k = 0; k < c->n; k++) {
         const bool mine = k == contact->index, closed = kt_contact_is_closed(simulation->model, &c->item[k]);
@@ -91,9 +92,10 @@ static int act_on_contacts(kt_simulation *simulation, const kt_occurrence *what,
         c->item[k].leaves = kt_contact_leaves(simulation, k, due && closed);
         if (c->item[k].meets && kt_contact_rubs(c, k))
             kt_contact_count_reversal(simulation, k);
+        any = any || due;
     }
     kt_contacts_slip_together(simulation);
-    const kt_status status = kt_phase_settle(simulation, error);
+    const kt_status status = any ? kt_phase_settle(simulation, error) : KT_OK;
     clear_due_contacts(c);
     c->rests = c->stops = false;
     c->window = 0.0;

@@ -18,7 +18,9 @@
  *
  * With fixed steps, slip may turn around the state of rest at any speed: a foot of little mass stops within a small
  * part of a step, and the errors of stages are of the size of its slip. Slip that reverses TURNS times within the
- * length of a step comes to rest at whatever speed, since the step does not resolve it.
+ * length of a step comes to rest at whatever speed, since the step does not resolve it. Steps predict slip with other
+ * forces than decisions do (evaluate/slip_prediction.c), so next to the limit of rest these may contradict each other.
+ * Therefore friction holds such slip for the length of a step.
  *
  * Such slip may also hover: steps in which its stages lie on both sides of rest keep its speed, and longer ones gain
  * energy. No part of the step ends this, whether friction can hold the contact or not. Behind TRIES tries within the
@@ -170,7 +172,7 @@ static void take_directions(kt_simulation *simulation) {
     for (int k = 0; k < simulation->contacts->sides; k++) {
         kt_contact_memory *memory = &simulation->contact_state[k];
         if (!kt_contact_is_slipping(simulation, k)) {
-            memory->turns = memory->reversals = 0;
+            memory->turns = 0;
             continue;
         }
         const kt_contact *contact = &simulation->contacts->item[k];
@@ -365,7 +367,7 @@ static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
         turns = turns || many;
         memory->turns = many ? 0 : memory->turns;
         memory->reversals = many ? 0 : memory->reversals;
-        memory->stops_below = reverses ? memory->fastest : many ? unresolved : 0.0;
+        memory->stops_below = reverses ? memory->fastest : many ? fmax(unresolved, DBL_MIN) : 0.0;
     }
     if (!turns)
         return KT_OK;
@@ -375,15 +377,33 @@ static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
     c->stops = true;
     const kt_status status = resolve_between(simulation, error);
     c->stops = false;
-    for (int k = 0; k < c->sides; k++)
-        simulation->contact_state[k].stops_below = 0.0;
+    for (int k = 0; k < c->sides; k++) {
+        double *stops_below = &simulation->contact_state[k].stops_below;
+        if (simulation->step > 0.0 && *stops_below > 0.0 &&
+            kt_contact_is_closed(simulation->model, &c->item[c->item[k].of]))
+            kt_contact_hold_friction(simulation, c->item[k].of);
+        *stops_below = 0.0;
+    }
     simulation->memory.contacts.rested++;
     return status;
+}
+
+/* A hold that ends between two steps uncovers reactions that the step before did not show to events. */
+static void end_holds(kt_simulation *simulation) {
+    const double t = kt_integrator_time(simulation->integrator);
+    for (int k = 0; k < simulation->contacts->n; k++) {
+        double *held = &simulation->contact_state[k].held;
+        if (!(*held > -HUGE_VAL) || t < *held)
+            continue;
+        *held = -HUGE_VAL;
+        kt_simulation_note_jump(simulation);
+    }
 }
 
 /* If directions change, forces in the present state equal the previous forces except for rounding. A simulation that is
  * restored at this point has the same directions. */
 kt_status kt_contacts_begin_slip(kt_simulation *simulation, kt_error *error) {
+    end_holds(simulation);
     if (kt_contacts_follow_slip(simulation)) {
         kt_integrator_change(simulation->integrator, true);
         simulation->contact_time = simulation->events.time = (double)NAN;

@@ -17,9 +17,8 @@
 
 /* Relative rounding, as in contact.h. */
 static const double rounding = 1e-11;
-/* The factor of friction that holds a contact. Slip of up to `about` times the speed of a wedged contact is about as
- * fast. */
-static const double holding = 1e3, about = 10.0;
+/* Slip of up to `about` times the speed of a wedged contact is about as fast. */
+static const double about = 10.0;
 /* The approach of a contact that is wedged, relative to its slip. */
 static const double small = 1e-9;
 
@@ -217,7 +216,7 @@ static void add_coulomb_contact(kt_coulomb *p, const kt_simulation *simulation, 
     const bool is_held =
         (c->holds || (!c->frees && speed <= rest)) &&
         kt_integrator_time(simulation->integrator) < simulation->contact_state[c->item[c->list[line]].of].held;
-    item->friction *= is_held ? holding : 1.0;
+    item->friction *= is_held ? kt_contact_holding : 1.0;
     const double stops =
         fmax(kt_contact_loop(simulation, line)->rest_velocity, simulation->contact_state[c->list[line]].stops_below);
     const bool ends = c->stops || c->item[c->item[c->list[line]].of].meets;

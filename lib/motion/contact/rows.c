@@ -80,6 +80,11 @@ double kt_contact_coefficient(const kt_model *model, const kt_contact *contact) 
     return kt_effect_record_find(model, contact->effect)->friction;
 }
 
+double kt_contact_coefficient_at(const kt_model *model, const kt_contact *friction, double t) {
+    const bool is_held = t < friction->simulation->contact_state[friction->index].held;
+    return kt_contact_coefficient(model, friction) * (is_held ? kt_contact_holding : 1.0);
+}
+
 kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_model *model, double t, const double *q,
                                      const double *v, bool all, kt_error *error) {
     kt_contacts_take_all(c, model);
@@ -315,7 +320,8 @@ static bool is_unknown_at_rest(const struct kt_contacts *c, const kt_model *mode
 }
 
 /* Adds contacts and dry friction of a group. */
-static void add_rest_items(const struct kt_contacts *c, const kt_model *model, const kt_group *group, kt_rest *rest) {
+static void add_rest_items(const struct kt_contacts *c, const kt_model *model, const kt_group *group, double t,
+                           kt_rest *rest) {
     for (int k = 0; k < c->n; k++) {
         const kt_contact *contact = &c->item[k];
         const kt_loop_record *loop = &model->loop[contact->loop];
@@ -328,7 +334,7 @@ static void add_rest_items(const struct kt_contacts *c, const kt_model *model, c
                           sticks         ? KT_REST_CONE
                           : k < c->sides ? KT_REST_NORMAL
                                          : KT_REST_DRY,
-                          sticks         ? kt_contact_coefficient(model, &c->item[contact->of])
+                          sticks         ? kt_contact_coefficient_at(model, &c->item[contact->of], t)
                           : k < c->sides ? 0.0
                                          : kt_contact_limit(model, contact),
                           memory->opens_at, memory->metric);
@@ -396,7 +402,8 @@ static void take_reserves(struct kt_contacts *c, const kt_model *model, const kt
 }
 
 /* Shares the load of a group. Groups have no coordinate in common. */
-static void share_load_of_group(struct kt_contacts *c, const kt_model *model, const kt_group *group, bool least) {
+static void share_load_of_group(struct kt_contacts *c, const kt_model *model, const kt_group *group, double t,
+                                bool least) {
     int items = 0, rows = 0;
     for (int k = 0; k < c->n; k++)
         items += is_unknown_at_rest(c, model, k) && &model->group[model->loop[c->item[k].loop].group] == group;
@@ -408,7 +415,7 @@ static void share_load_of_group(struct kt_contacts *c, const kt_model *model, co
     if (items == 0 || items > c->most || c->problem == NULL)
         return;
     kt_rest *rest = kt_rest_init((size_t)rows, (size_t)group->v_count, c->matrices);
-    add_rest_items(c, model, group, rest);
+    add_rest_items(c, model, group, t, rest);
     add_rest_loops(c, model, group, rest);
     kt_rest_begin(rest);
     kt_rest_find_margin(rest);
@@ -429,7 +436,7 @@ kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at
         return KT_OK;
     const kt_status status = kt_loop_entries(model, at->data, &state, c->jacobian, NULL, NULL, NULL, error);
     for (size_t g = 0; status == KT_OK && g < model->n.group; g++)
-        share_load_of_group(c, model, &model->group[g], least);
+        share_load_of_group(c, model, &model->group[g], at->t, least);
     if (status == KT_OK)
         kt_contacts_share_load(c, model, c->reaction);
     return status;

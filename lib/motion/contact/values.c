@@ -25,12 +25,13 @@ static double slip_of_joint(const kt_model *model, const kt_contact *contact, co
     return contact_direction_of(model, contact) * v[contact->v] + (is_held ? rest : 0.0);
 }
 
-/* The event value of a contact: its gap, or its reaction. One that is held does not open. */
+/* The event value of a contact: its gap, or its reaction. The value of a contact that is held has no sign, so that the
+ * contact does not open. */
 static double contact_value_of(const kt_contact *contact, double t, bool closed, double reaction) {
     const kt_contact_memory *memory = &contact->simulation->contact_state[contact->index];
     if (!closed)
         return contact->simulation->contacts->gap[contact->index] - memory->closes_at;
-    return t < memory->held ? 1.0 : reaction - memory->opens_at;
+    return t < memory->held ? fabs(reaction - memory->opens_at) : reaction - memory->opens_at;
 }
 
 /* The event value of a contact's friction: the reserve of the cone, or the slip along its direction. */
@@ -41,11 +42,11 @@ static double friction_value_of(const struct kt_contacts *c, const kt_instant *a
     if (!kt_contact_is_closed(model, contact))
         return 1.0;
     if (kt_contact_is_closed(model, friction)) {
-        if (at->t < friction->simulation->contact_state[k].held)
-            return 1.0;
         const double *tangent = c->reaction + kt_contact_row(model, friction);
-        return kt_contact_coefficient(model, friction) * (c->reaction[kt_contact_row(model, contact)] - opens_at) -
-               kt_hypot(tangent[0], tangent[1]);
+        const double limit =
+            kt_contact_coefficient(model, friction) * (c->reaction[kt_contact_row(model, contact)] - opens_at);
+        const bool is_held = at->t < friction->simulation->contact_state[k].held;
+        return is_held ? fabs(limit) : limit - kt_hypot(tangent[0], tangent[1]);
     }
     return kt_contact_slip_along(model, at->data, contact) - friction->simulation->contact_state[k].closes_at +
            turned * kt_contact_resting(friction->simulation, k);
