@@ -63,7 +63,7 @@ size_t kt_contacts_count_of_W(const kt_model *model, size_t whole) {
     return count;
 }
 
-/* The change of a gap, or of a joint with friction, if each joint moves by its unit: 1 rad, or the mechanism's length. */
+/* The change of a gap, or of a joint with friction, if joints move by their units: 1 rad, or the mechanism's length. */
 static double unit_of_loop(const kt_model *all, int loop) {
     const kt_loop_record *record = &all->loop[loop];
     double unit = 0.0;
