@@ -239,8 +239,8 @@ static kt_status explain_gimbal(kt_simulation *simulation, kt_status status, kt_
             axis[k] = model->link[i + k].axis == 0 ? axes.x : model->link[i + k].axis == 1 ? axes.y : axes.z;
         }
         if (fabs(kt_vec3_dot(axis[0], kt_vec3_cross(axis[1], axis[2]))) < locked)
-            return kt_error_set(error, from.code, from.where, "%s; %s", from.message,
-                                kt_link_gimbal_advice(model, i).text);
+            return kt_error_set(error, from.code, from.where, "%s; %s", kt_link_gimbal_advice(model, i).text,
+                                from.message); /* the remedy first, since a message has an end */
     }
     return status;
 }

@@ -52,3 +52,27 @@ KT_TEST(gimbal_lock_names_the_remedy) {
     kt_check_contains("remedy", error.message, "one joint in their place: spherical, or free");
     kt_mechanism_free(&m);
 }
+
+/* With legs, the trunk does not turn as a ball does, and steps become shorter without end. The remedy comes first,
+ * because a message has an end. */
+KT_TEST(steps_that_fail_next_to_gimbal_lock_name_the_remedy) {
+#define LEG(name, place)                                                                                               \
+    "<body name='" name "' pos='" place " -.05'><joint name='hip-" name "' axis='0 1 0' damping='.1'/>"                \
+    "<geom type='capsule' size='.02' fromto='0 0 0 0 0 -.2' mass='.3'/></body>"
+    static const char text[] =
+        "<mujoco><option gravity='0 0 0'/><worldbody><body name='t'>"
+        "<joint name='the-first-hinge-of-the-trunk' type='hinge' axis='1 0 0'/>"
+        "<joint name='the-second-hinge-of-the-trunk' type='hinge' axis='0 1 0'/>"
+        "<joint name='the-third-hinge-of-the-trunk' type='hinge' axis='0 0 1'/>"
+        "<geom type='box' size='.2 .1 .05' mass='5'/>" LEG("a", ".2 .1") LEG("b", "-.2 .1") LEG("c", ".2 -.1")
+            LEG("d", "-.2 -.1") "</body></worldbody><keyframe><key name='k' qpos='0 0 0 0 0 0 0' "
+                                "qvel='0 -2 1e-12 0 0 0 0'/></keyframe></mujoco>";
+#undef LEG
+    kt_mechanism m;
+    kt_error error = {0};
+    kt_need_fine("load", kt_mechanism_load(kt_test_file(kt_test_folder(), "leg.xml", text), &options, NULL, &m, &error),
+                 &error);
+    kt_check_equal_int("status", kt_simulation_advance(m.simulation, 2.0, &error), KT_ERROR_STEP);
+    kt_check_contains("remedy", error.message, "one joint in their place: spherical, or free if it moves freely");
+    kt_mechanism_free(&m);
+}

@@ -423,6 +423,27 @@ KT_TEST(friction_obeys_its_law_in_space) {
     }
 }
 
+/* Forces of effects contain the friction of the last accelerations, and are an error for any other state. */
+KT_TEST(forces_of_effects_contain_the_friction_of_this_state) {
+    static law_check c;
+    kt_error error = {0};
+    KT_WORST worst = kt_worst_make("forces of effects against inverse dynamics");
+    double forces[4], other[4] = {0.0, 0.0, 0.0, 1.0};
+    kt_parsed_make(&c.m, spatial);
+    kt_model_initial(c.m.model, c.q, c.v);
+    kt_check_equal_int("before accelerations", kt_effect_forces(c.m.model, c.m.data, 0.0, c.q, c.v, forces, &error),
+                       KT_ERROR_ARGUMENT);
+    kt_check_contains("remedy", error.message, "compute the accelerations of this q and v first");
+    kt_need_fine("accelerations", kt_acceleration_evaluate(c.m.model, c.m.data, 0.0, c.q, c.v, NULL, NULL, c.a, &error),
+                 &error);
+    kt_need_fine("forces", kt_effect_forces(c.m.model, c.m.data, 0.0, c.q, c.v, forces, &error), &error);
+    kt_need_fine("inverse", kt_dynamics_inverse(c.m.model, c.m.data, c.q, c.v, c.a, NULL, c.tau, &error), &error);
+    for (int k = 0; k < 4; k++)
+        kt_worst_near(&worst, forces[k], c.tau[k], 1e-13 * (1.0 + fabs(c.tau[k])), "joint %d", k);
+    kt_check_equal_int("another state", kt_effect_forces(c.m.model, c.m.data, 0.0, c.q, other, forces, &error),
+                       KT_ERROR_ARGUMENT);
+}
+
 /* ---- energy ------------------------------------------------------------------------------------------------------ */
 
 /* The energy that friction dissipates is that which the motion loses. */
