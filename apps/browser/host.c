@@ -8,10 +8,9 @@
 
 #include "advice/warnings.h"
 #include "open/load.h"
+#include "open/simulated.h"
 
 #include "picture/load.h"
-
-#include "kinetree/formulation.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -93,4 +92,18 @@ bool kt_is_robot_scene(const kt_scene *scene) {
     return false;
 }
 
-void kt_absolute_use(const kt_absolute *absolute, kt_simulation_options *options) { (void)absolute, (void)options; }
+kt_status kt_simulated_create(const kt_model *model, const kt_absolute *absolute, const kt_run *run,
+                              const kt_simulation_options *options, kt_simulated *made, kt_error *error) {
+    (void)absolute;
+    *made = (kt_simulated){NULL, NULL};
+    return kt_simulation_create(model, run, options, &made->simulation, error);
+}
+
+void kt_simulated_free(kt_simulated *made) { kt_simulation_free(made->simulation); }
+
+kt_status kt_simulated_set_state(kt_simulated of, double t, const double *q, const double *v, kt_error *error) {
+    return kt_simulation_set_state(of.simulation, t, q, v, error);
+}
+
+const double *kt_simulated_positions(kt_simulated of) { return kt_simulation_positions(of.simulation); }
+const double *kt_simulated_velocities(kt_simulated of) { return kt_simulation_velocities(of.simulation); }

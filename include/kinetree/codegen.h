@@ -171,8 +171,8 @@ typedef struct kt_native {
  * other, and batches reject them.
  * Ownership: native, the file's model and the model must outlive the simulation. Simulations in several threads need
  * one kt_native each, and may share the file's model.
- * Errors: KT_ERROR_ARGUMENT (the file was generated for another structure; the options have a transformation, or
- * functions of the caller). On failure native and options are unchanged.
+ * Errors: KT_ERROR_ARGUMENT (the file was generated for another structure; the options have functions of the
+ * caller). On failure native and options are unchanged.
  * Cost: that of kt_codegen_structure. */
 KT_API KT_CHECKED kt_status kt_native_use(kt_native *native, const kt_model *model, kt_simulation_options *options,
                                           kt_error *error);

@@ -9,7 +9,6 @@
 #include "kinetree/dae.h"
 #include "kinetree/descriptor.h"
 #include "kinetree/ensemble.h"
-#include "kinetree/equations.h"
 #include "kinetree/export.h"
 #include "kinetree/expression.h"
 #include "kinetree/formulation.h"

@@ -1,8 +1,9 @@
 /* Experimental. Other formulations of the equations of motion, for comparison.
  *
  * The absolute formulation gives each body six coordinates, and makes a loop of each joint. The constraint formulations
- * keep the coordinates of the tree, and treat the equations of its loops in another way than the library does. A
- * simulation accepts either formulation as an option. The functions are in libkinetree-study.
+ * keep the coordinates of the tree, and treat the equations of its loops in another way than the library does. Both use
+ * simulations as any other program does: the absolute formulation has a model of its own, and the constraint
+ * formulations are right-hand sides. The functions are in libkinetree-study.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KINETREE_FORMULATION_H
@@ -44,12 +45,69 @@ KT_API void kt_absolute_free(kt_absolute *absolute);
  * NULL. */
 KT_API const kt_model *kt_absolute_model(const kt_absolute *absolute);
 
-/* Makes simulations of the model with these options integrate its absolute formulation, which must outlive them. If
- * `absolute` is NULL, the model itself is integrated.
+/* The next four functions convert between the tree and the absolute model. Free states, free wrenches and free
+ * reactions belong to the absolute model; all others belong to the tree's. The functions do nothing if an argument is
+ * NULL that may not be.
  *
- * Angles count whole turns under one condition. In every step, each joint must turn by the mean of its rates at both
- * ends to within half a turn. */
-KT_API void kt_absolute_use(const kt_absolute *absolute, kt_simulation_options *options);
+ * Computes the free state of a state. The data belong to the tree's model and have the kinematics of the state
+ * (kt_kinematics_update). */
+KT_API void kt_absolute_from_tree(const kt_absolute *absolute, const kt_data *data, const double *q, const double *v,
+                                  double *free_q, double *free_v);
+
+/* Computes the state and the accelerations from a free state with closed loops; free_a and a may both be NULL. On entry
+ * q and v hold the state `ago` seconds earlier (negative: later). It selects one of the numbers that represent the same
+ * rotation: a joint must turn by the mean of its rates at both times to within half a turn. */
+KT_API void kt_absolute_to_tree(const kt_absolute *absolute, const double *free_q, const double *free_v,
+                                const double *free_a, double ago, double *q, double *v, double *a);
+
+/* Computes the wrenches on all free bodies, for kt_simulation_set_wrenches and similar calls. They consist of
+ * `external`, the wrenches on the tree's bodies (NULL: none), and of the wrenches that tau (NULL: zero) exerts in its
+ * joints. */
+KT_API void kt_absolute_wrenches(const kt_absolute *absolute, const double *free_q, const double *tau,
+                                 const kt_wrench *external, kt_wrench *wrenches);
+
+/* Computes the reactions in joints (one for each body, as in kt_joint_reactions) and in loops (NULL: the tree has
+ * none), under tau (NULL: zero). free_reactions are the reactions in all loops of the absolute model. */
+KT_API void kt_absolute_reactions(const kt_absolute *absolute, const double *free_q, const double *tau,
+                                  const kt_wrench *free_reactions, kt_wrench *joints, kt_wrench *loops);
+
+/* A simulation of the absolute model, and its state and records in the coordinates of the tree. */
+typedef struct kt_absolute_motion kt_absolute_motion;
+
+/* Creates a simulation in the assembled initial state of the tree. kt_absolute_motion_free releases *motion. run and
+ * options may be NULL; markers and records are those of the tree. The absolute formulation must outlive the motion.
+ * Restrictions: the motion has no events, and no torques in joints. Checkpoints of the simulation do not contain the
+ * number of whole turns of the joints. Parameters cannot change.
+ * Errors: those of kt_simulation_create. KT_ERROR_UNSUPPORTED (options.events; hard contacts; loops or effects that are
+ * switched). */
+KT_API KT_CHECKED kt_status kt_absolute_motion_create(const kt_absolute *absolute, const kt_run *run,
+                                                      const kt_simulation_options *options, kt_absolute_motion **motion,
+                                                      kt_error *error);
+/* Releases a motion and its simulation; does nothing with NULL. */
+KT_API void kt_absolute_motion_free(kt_absolute_motion *motion);
+
+/* Returns the simulation of the absolute model, for counts, times, steps and similar calls. NULL for NULL. */
+KT_API kt_simulation *kt_absolute_motion_simulation(const kt_absolute_motion *motion);
+
+/* Restarts at time t from the tree's q and v (NULL: at rest), as kt_simulation_set_state does. */
+KT_API KT_CHECKED kt_status kt_absolute_motion_set_state(kt_absolute_motion *motion, double t, const double *q,
+                                                         const double *v, kt_error *error);
+
+/* Runs the simulation as kt_simulation_run does. The records have the coordinates, kinematics and reactions of the
+ * tree. Energies, works, residuals of constraints and multipliers are those of the absolute model.
+ * Errors: those of kt_simulation_run. */
+KT_API KT_CHECKED kt_status kt_absolute_motion_run(kt_absolute_motion *motion, kt_recorder *record, void *user,
+                                                   kt_error *error);
+
+/* Returns the tree's positions (nq), or velocities (nv), in the simulation's present state. The pointers are valid for
+ * the life of the motion, and their contents until the next call with the motion or its simulation. NULL for NULL.
+ * Whole turns count under the condition of kt_absolute_to_tree: in every step of kt_absolute_motion_run, or from one
+ * of these calls to the next. */
+KT_API const double *kt_absolute_motion_positions(kt_absolute_motion *motion);
+KT_API const double *kt_absolute_motion_velocities(kt_absolute_motion *motion);
+
+/* Computes the tree's accelerations (nv) in the present state, as kt_simulation_acceleration does. */
+KT_API KT_CHECKED kt_status kt_absolute_motion_acceleration(kt_absolute_motion *motion, double *a, kt_error *error);
 
 /* ---- constraint formulations ------------------------------------------------------------------------------------- */
 

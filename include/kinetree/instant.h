@@ -13,7 +13,7 @@ extern "C" {
 
 /* An instant at which a function of the caller is evaluated. The simulation owns all its contents. */
 typedef struct kt_instant {
-    const kt_model *model;     /* the integrated model: the caller's, or that of the transformation */
+    const kt_model *model;     /* the simulation's model */
     kt_data *data;             /* scratch data for that model */
     double t;                  /* s */
     const double *q, *v;       /* nq positions, nv velocities, of that model */

@@ -45,9 +45,6 @@ extern "C" {
 /* A mechanism in motion: its state, its time, and all memory that a step writes. */
 typedef struct kt_simulation kt_simulation;
 
-/* The transformation to another model (equations.h). */
-typedef struct kt_transformation kt_transformation;
-
 /* Reports how far a run has come. The callback must not change the simulation. The callback returns 0 to continue;
  * another value ends the run with KT_ERROR_CALLBACK. */
 typedef int kt_progress_callback(const struct kt_simulation *simulation, void *user);
@@ -84,13 +81,9 @@ typedef struct kt_simulation_options {
                                          contact closes, opens, sticks or slips (kt_simulation_contacts):
                                          KT_INDEX_CONTACT */
     int events;                         /* the number of events that kt_simulation_event_add can add; 0: none */
-    const kt_transformation *transformation; /* to the model that is integrated; NULL: the simulation's own model is
-                                                integrated. The transformation and its model must outlive the
-                                                simulation */
-    kt_progress_callback *progress;          /* called by kt_simulation_run after every `progress_steps` steps; NULL:
-                                                never */
-    uint64_t progress_steps;                 /* 1 or more if `progress` is given */
-    void *progress_user;                     /* the second argument of `progress` */
+    kt_progress_callback *progress; /* called by kt_simulation_run after every `progress_steps` steps; NULL: never */
+    uint64_t progress_steps;        /* 1 or more if `progress` is given */
+    void *progress_user;            /* the second argument of `progress` */
 
     int event_evaluations; /* the number of values of an event's function that one step may take to find the time of the
                               event: KT_EVENT_EVALUATIONS_LEAST or more; 0: KT_EVENT_EVALUATIONS. If an adaptive step
@@ -133,8 +126,6 @@ static inline kt_simulation_options kt_simulation_options_default(void) {
 KT_API size_t kt_simulation_size(const kt_model *model, const kt_run *run, const kt_simulation_options *options);
 
 /* Initialises a simulation in the caller's memory, at time 0, in the assembled initial state of the model.
- * With a transformation, too, all inputs and outputs are in the coordinates of the caller's model: states, torques,
- * records, reactions. Only energies, constraint residuals and multipliers belong to the integrated model.
  * Ownership: the memory is the caller's, aligned to KT_ALIGNMENT; nothing needs to be released. The model and a method
  * of the caller's must outlive the simulation. All else in run and options is read during this call only.
  * Errors: KT_ERROR_ARGUMENT (an unknown integrator, a missing step, times that are not finite, markers that the model
@@ -187,8 +178,7 @@ KT_API KT_CHECKED kt_status kt_simulation_set_torque(kt_simulation *simulation, 
  * simulation was created (kt_model_copy). The integrator discards stored derivatives. If a loop's target jumps, the
  * projection at the end of that step closes the loop. An energy balance counts the change of a payload's energy as
  * drift. Nothing is allocated.
- * Errors: those of kt_parameter_set. KT_ERROR_ARGUMENT (another model), KT_ERROR_UNSUPPORTED (another formulation is
- * integrated). */
+ * Errors: those of kt_parameter_set. KT_ERROR_ARGUMENT (another model). */
 KT_API KT_CHECKED kt_status kt_simulation_set_parameter(kt_simulation *simulation, kt_model *copy,
                                                         const kt_parameter *parameter, const double *values,
                                                         kt_error *error);
@@ -517,9 +507,7 @@ KT_API KT_CHECKED kt_status kt_simulation_run(kt_simulation *simulation, kt_reco
  * discards its last error estimate. Sensing with other torques does so, too, even if these torques are never applied.
  *
  * Accelerations are those of the motion, zero at rest. An accelerometer measures kt_point_acceleration minus
- * kt_model_gravity, in its body's axes. With a transformation the record describes the bodies and joints of the
- * simulation's own model; their kinematics are then computed additionally. A recorder must not call this function,
- * which would overwrite its record. */
+ * kt_model_gravity, in its body's axes. A recorder must not call this function, which would overwrite its record. */
 KT_API KT_CHECKED kt_status kt_simulation_sense(kt_simulation *simulation, kt_record *record, kt_error *error);
 
 /* The largest change of a velocity in the loops by a projection since the start. Projections follow a step. Jumps

@@ -116,8 +116,15 @@ KT_TEST(killed_run_with_events_and_contacts_goes_on_to_the_last_byte) {
               options);
 }
 
-KT_TEST(killed_absolute_run_goes_on_to_the_last_byte) {
-    check_break(KT_SCENES "/double-pendulum.yaml", "--formulation absolute");
+KT_TEST(absolute_runs_reject_events_and_checkpoints) {
+    kt_expect(1, "--checkpoint and --resume need the formulation 'tree'",
+              "$K run " KT_SCENES "/double-pendulum.yaml --formulation absolute --checkpoint a.state --out a.csv");
+    kt_write_file("until.yaml", "kinetree: 1\n"
+                                "bodies: [{name: a, joint: {type: prismatic, axis: y, velocity: 1}, mass: 1}]\n"
+                                "simulate: {formulation: absolute, until: position.a - 1}\n");
+    kt_expect(2, "formulation: events need the formulation 'tree'", "$K run until.yaml --out a.csv");
+    const kt_ran tree = kt_shell("$K run until.yaml --set simulate.formulation=tree --out a.csv --quiet");
+    kt_check_equal_int("tree", tree.code, 0);
 }
 
 KT_TEST(killed_run_of_time_stepping_goes_on_to_the_last_byte) {

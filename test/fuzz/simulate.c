@@ -7,7 +7,7 @@
 
 enum { STEPS = 10, STEPS_OF_MANY_STAGES = 3, RECORDS = 30 };
 
-static kt_run draw_run(kt_bytes *bytes, const kt_absolute *absolute, kt_simulation_options *options) {
+static kt_run draw_run(kt_bytes *bytes, bool *frees, kt_simulation_options *options) {
     kt_run run = kt_run_default();
     const unsigned chosen = kt_bytes_next(bytes);
     const kt_method *method = kt_method_at(kt_bytes_pick(bytes, kt_method_count()));
@@ -21,8 +21,7 @@ static kt_run draw_run(kt_bytes *bytes, const kt_absolute *absolute, kt_simulati
         run.relative = run.absolute = pow(10.0, -kt_bytes_pick(bytes, 14));
     run.record = (chosen >> 2) & 31U ? kt_bytes_next(bytes) & 127U : KT_RECORD_DEFAULT;
     *options = kt_simulation_options_default();
-    if ((chosen & 2U) != 0)
-        kt_absolute_use(absolute, options);
+    *frees = (chosen & 2U) != 0;
     options->max_steps = kt_method_stages_vary(method) || method->stages > 8 ? STEPS_OF_MANY_STAGES : STEPS;
     options->unprojected = (chosen & 128U) != 0 && kt_bytes_chance(bytes);
     options->kinematics = kt_bytes_chance(bytes);
@@ -89,9 +88,32 @@ static void step(kt_simulation *simulation, const kt_model *model, double durati
     free(block);
 }
 
+/* A motion of free bodies: it is refused in words, or its records and its last state are finite. */
+static void move_freely(const kt_model *model, const kt_absolute *absolute, const kt_run *run,
+                        const kt_simulation_options *options) {
+    kt_absolute_motion *motion = NULL;
+    kt_error error = {KT_OK, "", ""};
+    heard h = {.model = model};
+    kt_status status = kt_absolute_motion_create(absolute, run, options, &motion, &error);
+    kt_fuzz_must((status == KT_OK) == (motion != NULL), "there is a motion, or an error");
+    if (status == KT_OK) {
+        status = kt_absolute_motion_run(motion, record, &h, &error);
+        kt_fuzz_must(kt_fuzz_all_finite(kt_absolute_motion_positions(motion), kt_model_nq(model)) &&
+                         kt_fuzz_all_finite(kt_absolute_motion_velocities(motion), kt_model_nv(model)),
+                     "the last state is finite");
+    }
+    kt_fuzz_must(status == KT_OK || (error.code == status && error.message[0] != '\0'), "what fails is said in words");
+    kt_absolute_motion_free(motion);
+}
+
 void kt_fuzz_simulate(kt_bytes *bytes, const kt_model *model, const kt_absolute *absolute) {
     kt_simulation_options options;
-    const kt_run run = draw_run(bytes, absolute, &options);
+    bool frees;
+    const kt_run run = draw_run(bytes, &frees, &options);
+    if (frees && absolute != NULL) {
+        move_freely(model, absolute, &run, &options);
+        return;
+    }
     kt_simulation *simulation = NULL;
     kt_error error = {KT_OK, "", ""};
     const size_t size = kt_simulation_size(model, &run, &options);

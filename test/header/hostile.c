@@ -85,6 +85,7 @@ typedef struct fixture {
     kt_mechanism mechanism;
     FILE *stream;
     kt_absolute *absolute;
+    kt_absolute_motion *absolute_motion;
     kt_constraint_formulation *formulation;
     kt_constraint_formulation_options formulation_options;
     kt_dae *dae;
@@ -463,6 +464,8 @@ static bool make_objects(fixture *f) {
         (void)!kt_mass_factor_compute(f->factor, f->identity, e);
     if (kt_absolute_create(&f->description, NULL, f->model, &f->absolute, e) != KT_OK)
         f->absolute = NULL;
+    if (kt_absolute_motion_create(f->absolute, &f->run, NULL, &f->absolute_motion, e) != KT_OK)
+        f->absolute_motion = NULL;
     if (kt_constraint_formulation_create(f->model, &f->formulation_options, &f->formulation, e) != KT_OK)
         f->formulation = NULL;
     if (kt_dae_create(f->model, &f->dae_options, &f->dae, e) != KT_OK)

@@ -67,7 +67,7 @@ BY_TYPE = {
     "kt_report *": "report", "kt_scene_report *": "report_scene", "kt_recorder *": "recorder", "const kt_description *": "&f->description",
     "const kt_body *": "&f->body", "const kt_shape *": "&f->body.shape", "const kt_graph_joint *": "&f->graph_joint", "kt_graph_choice *": "&f->choice", "const kt_joint *": "&f->body.joint", "const kt_loop *": "&f->loop", "const kt_descriptor *": "kt_joint_descriptor(KT_JOINT_REVOLUTE)",
     "kt_mechanism *": "&f->mechanism", "kt_scene *": "&f->scene", "const kt_scene *": "&f->scene", "FILE *": "f->stream", "kt_native *": "&f->native", "const kt_robot_options *": "NULL", "const char *": "\"a\"",
-    "char *": "f->text", "kt_absolute *": "f->absolute", "const kt_absolute *": "f->absolute", "kt_simulation_options *": "&f->simulation_options",
+    "char *": "f->text", "kt_absolute *": "f->absolute", "const kt_absolute *": "f->absolute", "kt_absolute_motion *": "f->absolute_motion", "const kt_absolute_motion *": "f->absolute_motion", "kt_simulation_options *": "&f->simulation_options",
     "kt_constraint_formulation *": "f->formulation", "const kt_constraint_formulation *": "f->formulation",
     "const kt_constraint_formulation_options *": "&f->formulation_options", "ptrdiff_t *": "&f->place", "kt_plan_step *": "f->steps",
     "double *": None, "const double **": "&f->slope", "const kt_model **": "&f->switched", "uint64_t": "0", "kt_impact *": "&f->impact", "void *": "f->memory", "const void *": "f->block",
@@ -83,7 +83,7 @@ BY_TYPE = {
 # Those that names tell more of than the type does.
 BASIC = ["int", "size_t", "double", "bool", "const double *", "void *", "const void *", "char *", "const char *"]
 OBJECTS = ["kt_model", "kt_data", "kt_mass_factor", "kt_mass_inverse", "kt_simulation", "kt_linearization", "kt_modes", "kt_spectrum", "kt_mode_watch",
-           "kt_integrator", "kt_absolute", "kt_constraint_formulation", "kt_dae", "kt_floquet", "kt_accuracy", "kt_batch", "kt_ensemble", "kt_builder", "kt_scene_watch"]
+           "kt_integrator", "kt_absolute", "kt_absolute_motion", "kt_constraint_formulation", "kt_dae", "kt_floquet", "kt_accuracy", "kt_batch", "kt_ensemble", "kt_builder", "kt_scene_watch"]
 # What is wrong in one of the structs above: the fixture's right one, and assignments to a copy of it.
 SPOILT = {
     "kt_step_task *": ("step_task", ("q = NULL", "v = NULL", "q = f->no_numbers", "v = f->no_numbers", "step.tau = f->no_numbers", "step.method = NULL", "step.h = (double)NAN")),

@@ -65,7 +65,7 @@ CODE = [
     ("kt_root", "kt_sqrt", ()),
     ("kt_raise", "kt_pow", ()),
     ("kt_angle", "kt_atan2", ()),
-    ("face", "user_model", ("lib/files/mesh/", "lib/output/picture/", "apps/kinetree/draw/", "apps/kinetree/subcommands/draw.c", "apps/kinetree/plot/")),
+    ("face", "surface", ("lib/files/mesh/", "lib/output/picture/", "apps/kinetree/draw/", "apps/kinetree/subcommands/draw.c", "apps/kinetree/plot/")),
     ("tells", "reports", ()),
     ("tell", "report", ("lib/files/scene/vary.c", "apps/notes/")),
     ("see", "sync", ()),

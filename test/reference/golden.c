@@ -176,7 +176,7 @@ static void write_name(const kt_case *c, const computation *with, const kt_run *
 
 static void run_case(const kt_case *c, const computation *with, const kt_run *run) {
     char name[NAME_SIZE], result[RESULT_SIZE] = "failed";
-    kt_simulation_options options = kt_formulated(with->absolute);
+    kt_simulation_options options = kt_simulation_options_default();
     kt_error error = {KT_OK, "", ""};
     hashes h = {with->model, 0xcbf29ce484222325u, 0xcbf29ce484222325u, 0};
     options.record = KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ACCELERATION | KT_RECORD_ENERGY |
@@ -186,8 +186,8 @@ static void run_case(const kt_case *c, const computation *with, const kt_run *ru
         compare(name, "LAPACK");
         return;
     }
-    kt_simulation *simulation = kt_test_simulation(with->model, run, &options);
-    kt_need_fine(name, kt_simulation_run(simulation, hash_record, &h, &error), &error);
+    const kt_either simulation = kt_either_begin(with->model, with->absolute, run, &options);
+    kt_need_fine(name, kt_either_run(simulation, hash_record, &h, &error), &error);
     snprintf(result, sizeof result, "motion %016" PRIx64 "  forces %016" PRIx64, h.motion, h.forces);
     compare(name, result);
 }

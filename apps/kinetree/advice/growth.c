@@ -52,9 +52,8 @@ typedef struct suspect {
     double before, end; /* the largest one of its kind in the first half; |value| at the end */
 } suspect;
 
-static double suspect_size_of(const kt_simulation *simulation, const suspect *s) {
-    const double *values =
-        s->is_state ? kt_simulation_auxiliary_states(simulation) : kt_simulation_velocities(simulation);
+static double suspect_size_of(kt_simulated of, const suspect *s) {
+    const double *values = s->is_state ? kt_simulation_auxiliary_states(of.simulation) : kt_simulated_velocities(of);
     return fabs(values[s->index]);
 }
 
@@ -67,7 +66,7 @@ static bool find_suspect(const kt_growth *growth, const kt_grown_run *grown, sus
     for (int kind = 0; kind < 2; kind++)
         for (int i = 0; i < count[kind]; i++) {
             suspect s = {.is_state = kind == 1, .index = i, .before = before[kind]};
-            s.end = suspect_size_of(grown->simulation, &s);
+            s.end = suspect_size_of(grown->by, &s);
             if (s.before > 0.0 && s.end > most * s.before) {
                 most = s.end / s.before;
                 *found = s;
@@ -80,13 +79,11 @@ static bool find_suspect(const kt_growth *growth, const kt_grown_run *grown, sus
 /* Continues the motion from its end for the time of so many steps of the run, with steps of this length (0: adaptive).
  * Returns the largest size of the value in the second half of that time; NaN if the motion cannot be continued. */
 static double continue_motion(const kt_grown_run *grown, const suspect *s, double step, int steps) {
-    const kt_simulation *from = grown->simulation;
-    const double begin = kt_simulation_time(from), length = grown->run->step;
+    const double begin = kt_simulation_time(grown->by.simulation), length = grown->run->step;
     kt_simulation_options options = kt_simulation_options_default();
-    kt_simulation *simulation = NULL;
+    kt_simulated onward;
     kt_run run = *grown->run;
     kt_error error = {0};
-    kt_absolute_use(grown->absolute, &options);
     options.max_steps = KT_GROWTH_TRIES;
     run.step = step;
     run.record = KT_RECORD_POSITION;
@@ -96,19 +93,20 @@ static double continue_motion(const kt_grown_run *grown, const suspect *s, doubl
         run.integrator = NULL; /* the default for the model */
         run.relative = run.absolute = 1e-6;
     }
-    kt_status status = kt_simulation_create(grown->model, &run, &options, &simulation, &error);
+    kt_status status = kt_simulated_create(grown->model, grown->absolute, &run, &options, &onward, &error);
     if (status == KT_OK)
-        status = kt_simulation_set_state(simulation, begin, kt_simulation_positions(from),
-                                         kt_simulation_velocities(from), &error);
+        status = kt_simulated_set_state(onward, begin, kt_simulated_positions(grown->by),
+                                        kt_simulated_velocities(grown->by), &error);
     if (status == KT_OK && kt_auxiliary_state_count(grown->model) > 0)
-        status = kt_simulation_set_auxiliary_states(simulation, kt_simulation_auxiliary_states(from), &error);
+        status = kt_simulation_set_auxiliary_states(onward.simulation,
+                                                    kt_simulation_auxiliary_states(grown->by.simulation), &error);
     double most = 0.0;
     for (int i = 1; status == KT_OK && i <= steps; i++) {
-        status = kt_simulation_advance(simulation, begin + i * length, &error);
+        status = kt_simulation_advance(onward.simulation, begin + i * length, &error);
         if (status == KT_OK && 2 * i > steps)
-            most = fmax(most, suspect_size_of(simulation, s));
+            most = fmax(most, suspect_size_of(onward, s));
     }
-    kt_simulation_free(simulation);
+    kt_simulated_free(&onward);
     return status == KT_OK ? most : status == KT_ERROR_NOT_FINITE ? HUGE_VAL : (double)NAN;
 }
 
@@ -139,7 +137,7 @@ double kt_growth_diverges(const kt_growth *growth, const kt_grown_run *grown, kt
 }
 
 void kt_warn_of_growth(kt_outcome *outcome) {
-    const kt_grown_run grown = {outcome->model, outcome->absolute, outcome->run, outcome->simulation};
+    const kt_grown_run grown = {outcome->model, outcome->absolute, outcome->run, kt_outcome_simulated(outcome)};
     kt_error error;
     if (outcome->is_blown_up || outcome->failed.code != KT_OK ||
         kt_warnings_have(&outcome->warnings, "unstable_step") || kt_warnings_have(&outcome->warnings, "energy"))

@@ -8,6 +8,7 @@
 #include "kinetree/scene.h"
 #include "kinetree/simulation.h"
 #include "kinetree/study.h"
+#include "open/simulated.h"
 
 #include <jansson.h>
 
@@ -26,7 +27,7 @@ typedef struct kt_grown_run {
     const kt_model *model;
     const kt_absolute *absolute; /* the model's absolute formulation, if that is integrated; else NULL */
     const kt_run *run;
-    const kt_simulation *simulation;
+    kt_simulated by; /* its simulation */
 } kt_grown_run;
 
 /* Returns the growth of a speed or a state if steps are fixed and only these steps let it grow on; 0: there is none.

@@ -35,20 +35,20 @@ static void write_time(double seconds, char *text, size_t size) {
 /* Describes the fastest mode in the present state, in words. Returns its rate, 1/s; 0: no mode was found. */
 static double describe_fastest_mode(const kt_outcome *outcome, char *text, size_t size, bool *decays) {
     const kt_simulation *simulation = outcome->simulation;
-    const double t = kt_simulation_time(simulation), *q = kt_simulation_positions(simulation);
+    const double t = kt_simulation_time(simulation), *q = kt_outcome_positions(outcome);
+    const double *v = kt_outcome_velocities(outcome);
     kt_spectrum *spectrum = NULL;
     kt_mode_watch *watch = NULL;
     double rate = 0.0;
     if (kt_model_nv(outcome->model) <= COORDINATES_MOST &&
         kt_spectrum_create(outcome->model, 1, &spectrum, NULL) == KT_OK &&
-        kt_spectrum_add(spectrum, t, q, kt_simulation_velocities(simulation), NULL, NULL) == KT_OK &&
-        kt_spectrum_fastest(spectrum) >= 0) {
+        kt_spectrum_add(spectrum, t, q, v, NULL, NULL) == KT_OK && kt_spectrum_fastest(spectrum) >= 0) {
         const kt_spectrum_mode at = kt_spectrum_at(spectrum, kt_spectrum_fastest(spectrum));
         kt_write_moving_mode(outcome->model, &at, text, size);
         rate = hypot(at.mode.real, at.mode.imaginary);
         *decays = fabs(at.mode.real) > fabs(at.mode.imaginary);
     } else if (kt_mode_watch_create(outcome->model, &watch, NULL) == KT_OK) {
-        kt_mode_watch_add(watch, t, q, kt_simulation_velocities(simulation));
+        kt_mode_watch_add(watch, t, q, v);
         rate = kt_mode_watch_fastest(watch).rate;
         (void)snprintf(text, size, "rate of %.3g /s", rate);
         *decays = false;
@@ -122,8 +122,8 @@ static void watch_pace(const kt_simulation *simulation, kt_outcome *outcome) {
 /* Every step is taken, and the pace of adaptive steps is watched at one of BETWEEN. */
 static int watch_steps(const kt_simulation *simulation, void *user) {
     kt_outcome *outcome = user;
-    const bool jumps = kt_path_watch_add(&outcome->paths, kt_simulation_time(simulation),
-                                         kt_simulation_positions(simulation), kt_simulation_velocities(simulation));
+    const bool jumps = kt_path_watch_add(&outcome->paths, kt_simulation_time(simulation), kt_outcome_positions(outcome),
+                                         kt_outcome_velocities(outcome));
     if (jumps)
         kt_progress_end(outcome->pace.progress);
     kt_steps_take(&outcome->steps);

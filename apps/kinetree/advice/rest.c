@@ -62,7 +62,7 @@ static double total_mass_of(const kt_model *model) {
 static kt_felt_gravity feel_gravity(const kt_outcome *outcome) {
     const kt_simulation *simulation = outcome->simulation;
     const kt_model *model = outcome->model;
-    const double *q = kt_simulation_positions(simulation);
+    const double *q = kt_outcome_positions(outcome);
     const double g = kt_vec3_norm(outcome->scene->description.gravity), mass = total_mass_of(model);
     const int nv = kt_model_nv(model), stride = 1 + nv / PROBES;
     double *v = calloc((size_t)nv + 1, sizeof *v);

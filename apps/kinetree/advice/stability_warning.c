@@ -38,7 +38,7 @@ static double stability_limit_of(const kt_method *method) {
 /* Returns |lambda| of the fastest mode at a record, 1/s; 0: not found. Nothing decays in a joint that sticks. */
 static double rate_at(const kt_outcome *outcome, const kt_record *record) {
     kt_mode_watch *watch = NULL;
-    const kt_model *model = outcome->absolute == NULL ? kt_simulation_model(outcome->simulation) : outcome->model;
+    const kt_model *model = kt_outcome_model(outcome);
     if (kt_mode_watch_create(model, &watch, NULL) != KT_OK)
         return 0.0;
     kt_mode_watch_add(watch, record->t, record->q, record->v);

@@ -132,8 +132,7 @@ void kt_warn_of_start(kt_outcome *outcome) {
     (void)kt_idle_warn(&outcome->warnings, outcome->scene);
     (void)kt_slender_warn(&outcome->warnings, outcome->scene);
     (void)kt_column_units_warn(&outcome->warnings, outcome->scene, outcome->model);
-    (void)kt_penetration_warn(&outcome->warnings, outcome->scene, outcome->model,
-                              kt_simulation_positions(outcome->simulation));
+    (void)kt_penetration_warn(&outcome->warnings, outcome->scene, outcome->model, kt_outcome_positions(outcome));
 }
 
 /* Lists the values of the start that differ from those of the scene. kt_start_say_moved prints them. */
@@ -167,8 +166,8 @@ static void list_moved(kt_outcome *outcome) {
 }
 
 void kt_report_start(kt_outcome *outcome, bool quiet) {
-    const double *q = kt_simulation_positions(outcome->simulation);
-    const double *v = kt_simulation_velocities(outcome->simulation);
+    const double *q = kt_outcome_positions(outcome);
+    const double *v = kt_outcome_velocities(outcome);
     list_notes(outcome);
     kt_warn_of_start(outcome);
     outcome->moved = kt_start_moved(outcome->model, q, v);

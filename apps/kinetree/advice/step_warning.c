@@ -168,12 +168,12 @@ static bool add_fastest(kt_spectrum *spectrum, const kt_mode_watch *watch, kt_er
 static bool add_closed(const kt_outcome *outcome, kt_spectrum **spectrum, kt_error *error) {
     const kt_simulation *simulation = outcome->simulation;
     kt_spectrum *closed = NULL;
-    if (kt_spectrum_create(kt_simulation_model(simulation), 1, &closed, error) != KT_OK)
+    if (kt_spectrum_create(kt_outcome_model(outcome), 1, &closed, error) != KT_OK)
         return false;
     kt_spectrum_free(*spectrum);
     *spectrum = closed;
-    return add_spectrum_state(closed, kt_simulation_time(simulation), kt_simulation_positions(simulation),
-                              kt_simulation_velocities(simulation), error);
+    return add_spectrum_state(closed, kt_simulation_time(simulation), kt_outcome_positions(outcome),
+                              kt_outcome_velocities(outcome), error);
 }
 
 static kt_simulation_options follow_options(void) {
@@ -188,28 +188,28 @@ static void follow_motion(kt_outcome *outcome, kt_spectrum *spectrum) {
     kt_run run = *outcome->run;
     kt_simulation_options options = follow_options();
     kt_mode_watch *watch = kt_watch_steps(outcome);
-    kt_simulation *simulation = NULL;
+    kt_simulated follower = {NULL, NULL};
     kt_error error = {0};
-    kt_absolute_use(outcome->absolute, &options);
     run.integrator = NULL; /* the default for the model */
     run.relative = run.absolute = 1e-6;
     run.step = 0.0;
     run.record = KT_RECORD_POSITION;
     run.marker_count = 0;
-    kt_status status =
-        watch == NULL ? KT_ERROR_MEMORY : kt_simulation_create(outcome->model, &run, &options, &simulation, &error);
+    kt_status status = watch == NULL
+                           ? KT_ERROR_MEMORY
+                           : kt_simulated_create(outcome->model, outcome->absolute, &run, &options, &follower, &error);
     if (status == KT_OK)
-        (void)add_spectrum_state(spectrum, 0.0, kt_simulation_positions(simulation),
-                                 kt_simulation_velocities(simulation), &error);
-    while (status == KT_OK && kt_simulation_time(simulation) < run.duration) {
-        status = kt_simulation_step(simulation, run.duration, &error);
+        (void)add_spectrum_state(spectrum, 0.0, kt_simulated_positions(follower), kt_simulated_velocities(follower),
+                                 &error);
+    while (status == KT_OK && kt_simulation_time(follower.simulation) < run.duration) {
+        status = kt_simulation_step(follower.simulation, run.duration, &error);
         if (status == KT_OK)
-            kt_mode_watch_add(watch, kt_simulation_time(simulation), kt_simulation_positions(simulation),
-                              kt_simulation_velocities(simulation));
+            kt_mode_watch_add(watch, kt_simulation_time(follower.simulation), kt_simulated_positions(follower),
+                              kt_simulated_velocities(follower));
     }
     if (watch != NULL)
         (void)add_fastest(spectrum, watch, &error);
-    kt_simulation_free(simulation);
+    kt_simulated_free(&follower);
     kt_mode_watch_free(watch);
 }
 
@@ -247,8 +247,7 @@ static void warn_of_modes(kt_outcome *outcome, const kt_method *method, const kt
     }
     bool found = add_fastest(own, watch, &error);
     if (end != fastest.t)
-        found |= add_spectrum_state(own, end, kt_simulation_positions(simulation), kt_simulation_velocities(simulation),
-                                    &error);
+        found |= add_spectrum_state(own, end, kt_outcome_positions(outcome), kt_outcome_velocities(outcome), &error);
     if (!found && error.code == KT_ERROR_UNSUPPORTED)
         found = add_closed(outcome, &own, &error);
     const bool unstable = is_unstable(outcome, method, own, &limit), sound = end >= outcome->run->duration;
@@ -315,7 +314,8 @@ static void warn_of_impact(kt_outcome *outcome) {
                 "next to a singular position of the loops the path bends more sharply than the steps resolve. At t = "
                 "%.9g s the projection has changed the velocity of joint '%s' by %.2g times the fastest in the loops, "
                 "as an impact does. The energy has changed, too",
-                correction.time, kt_joint_name(outcome->model, correction.body), correction.share);
+                correction.time, kt_joint_name(kt_simulation_model(outcome->simulation), correction.body),
+                correction.share);
 }
 
 void kt_warn_of_correction(kt_outcome *outcome) {
@@ -335,8 +335,8 @@ void kt_warn_of_correction(kt_outcome *outcome) {
                 "velocities after steps of %g s do not fit the loops. The projection has changed that of joint '%s' by "
                 "up to %.2g times the fastest in the loops, and by more than %g times from t = %.9g s on. The steps "
                 "are much too long there%s",
-                outcome->run->step, kt_joint_name(outcome->model, correction.body), correction.share,
-                KT_CORRECTION_ERROR, outcome->so_far.corrected_since,
+                outcome->run->step, kt_joint_name(kt_simulation_model(outcome->simulation), correction.body),
+                correction.share, KT_CORRECTION_ERROR, outcome->so_far.corrected_since,
                 driven ? ", or have leapt over a dead point, where the loops cannot move as they are driven" : "");
 }
 
@@ -353,7 +353,7 @@ static double extent_at_end(const kt_outcome *outcome) {
     double edge = 0.0;
     if (kt_data_create(model, &data, NULL) != KT_OK)
         return 0.0;
-    if (kt_kinematics_update(model, data, kt_simulation_positions(outcome->simulation), NULL, NULL, NULL) == KT_OK) {
+    if (kt_kinematics_update(model, data, kt_outcome_positions(outcome), NULL, NULL, NULL) == KT_OK) {
         if (kt_mass_center(model, data, &at) > 0.0)
             kt_box_widen(&low, &high, at);
         for (int body = 0; body < kt_model_body_count(model); body++) {

@@ -12,17 +12,16 @@
 #include <stdlib.h>
 
 kt_status kt_simulate_scene(const kt_scene *scene, const kt_model *model, const kt_run *run,
-                            const kt_absolute *absolute, kt_simulation_options *options, kt_simulation **simulation,
+                            const kt_absolute *absolute, kt_simulation_options *options, kt_simulated *made,
                             kt_scene_watch **events, kt_error *error) {
-    kt_absolute_use(absolute, options);
     if (((kt_run_record(run, model) | options->record) & KT_RECORD_EFFECT) != 0 &&
         kt_quantities_need_reactions(&scene->description))
         options->record |= KT_RECORD_REACTION;
     options->contact = scene->contact;
     options->events = kt_scene_event_room(scene);
-    kt_status status = kt_simulation_create(model, run, options, simulation, error);
+    kt_status status = kt_simulated_create(model, absolute, run, options, made, error);
     if (status == KT_OK && options->events > 0)
-        status = kt_scene_watch_create(scene, model, *simulation, NULL, -1, events, error);
+        status = kt_scene_watch_create(scene, model, made->simulation, NULL, -1, events, error);
     return status;
 }
 
@@ -32,7 +31,12 @@ kt_status kt_play_start(kt_play *play, const kt_scene *scene, const kt_model *mo
     *play = (kt_play){.scene = scene, .model = model, .ended = (double)NAN};
     for (int i = 0; i < kt_scene_event_room(scene) && i < KT_EVENTS_NOTED; i++)
         play->angles |= (uint64_t)kt_event_reads_angle(scene, i) << i;
-    return kt_simulate_scene(scene, model, &scene->run, absolute, &options, &play->simulation, &play->events, error);
+    kt_simulated made;
+    const kt_status status =
+        kt_simulate_scene(scene, model, &scene->run, absolute, &options, &made, &play->events, error);
+    play->simulation = made.simulation;
+    play->motion = made.motion;
+    return status;
 }
 
 kt_status kt_play_start_recorded(kt_play *play, const kt_scene *scene, const kt_model *model, kt_recorded *recorded,
@@ -46,7 +50,8 @@ kt_status kt_play_start_recorded(kt_play *play, const kt_scene *scene, const kt_
 void kt_play_end(kt_play *play) {
     free(play->q);
     kt_data_free(play->data);
-    kt_simulation_free(play->simulation);
+    kt_simulated made = {play->simulation, play->motion};
+    kt_simulated_free(&made);
     kt_scene_watch_free(play->events);
     *play = (kt_play){.ended = (double)NAN};
 }
@@ -127,7 +132,8 @@ kt_status kt_play_find_end(kt_play *play, double limit, double *time, kt_error *
 /* Creates the data of the present model, if the model has changed: switches select another model, which needs its own
  * data. */
 static kt_status use_data(kt_play *play, kt_error *error) {
-    const kt_model *model = play->recorded != NULL ? play->model : kt_simulation_model(play->simulation);
+    const bool is_tree = play->recorded != NULL || play->motion != NULL;
+    const kt_model *model = is_tree ? play->model : kt_simulation_model(play->simulation);
     if (model == play->shown)
         return KT_OK;
     kt_data_free(play->data);
@@ -148,7 +154,8 @@ kt_status kt_poses_take(const kt_model *model, kt_data *data, const double *q, k
 
 kt_status kt_play_poses(kt_play *play, kt_pose *poses, kt_error *error) {
     const kt_status status = use_data(play, error);
-    const double *q = play->recorded != NULL ? play->q : kt_simulation_positions(play->simulation);
+    const kt_simulated of = {play->simulation, play->motion};
+    const double *q = play->recorded != NULL ? play->q : kt_simulated_positions(of);
     if (play->recorded != NULL)
         kt_recorded_positions(play->recorded, play->model, play->time, play->q);
     return status == KT_OK ? kt_poses_take(play->shown, play->data, q, poses, error) : status;

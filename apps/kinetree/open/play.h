@@ -16,25 +16,27 @@
 #include "command.h"
 #include "kinetree/analysis.h"
 #include "open/recorded.h"
+#include "open/simulated.h"
 
 #include <stdbool.h>
 
 /* Creates the simulation of a scene's model, and the watch of its events and `until`, for every subcommand that follows
  * a motion. Calls of a program are left out. Sets the members of *options for the formulation and for events. absolute:
- * NULL if the tree coordinates are integrated. Ownership: the caller releases *simulation and *events (NULL: there are
- * none), in this order, also after an error. */
+ * NULL if the tree coordinates are integrated. Ownership: the caller releases *made and *events (NULL: there are none),
+ * in this order, also after an error. */
 kt_status kt_simulate_scene(const kt_scene *scene, const kt_model *model, const kt_run *run,
-                            const kt_absolute *absolute, kt_simulation_options *options, kt_simulation **simulation,
+                            const kt_absolute *absolute, kt_simulation_options *options, kt_simulated *made,
                             kt_scene_watch **events, kt_error *error);
 
 /* A motion that is shown at times of the caller's choice. */
 typedef struct kt_play {
     const kt_scene *scene;
     const kt_model *model;
-    kt_simulation *simulation; /* NULL: the motion is recorded */
-    kt_recorded *recorded;     /* the caller's; NULL: it is simulated */
-    double time;               /* s, of the state that is shown, if it is recorded */
-    double *q;                 /* its positions */
+    kt_simulation *simulation;  /* NULL: the motion is recorded */
+    kt_absolute_motion *motion; /* its owner in the absolute formulation; else NULL */
+    kt_recorded *recorded;      /* the caller's; NULL: it is simulated */
+    double time;                /* s, of the state that is shown, if it is recorded */
+    double *q;                  /* its positions */
     kt_scene_watch *events;
     uint64_t angles;       /* events of the scene, as bits, whose formulas read atan2 and have not jumped yet */
     double ended;          /* s, when an event ends the run; NaN: none does, or the end is not found yet */

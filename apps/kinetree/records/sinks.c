@@ -16,8 +16,7 @@ static void watch_record(kt_outcome *outcome, const kt_record *record) {
             larger_residual(outcome->so_far.constraint.velocity, record->constraint.velocity);
     }
     if (outcome->so_far.compressions.count > 0 && record->multipliers != NULL)
-        kt_compressions_add(&outcome->so_far.compressions,
-                            kt_integrated_model(kt_simulation_model(outcome->simulation), outcome->absolute), record->t,
+        kt_compressions_add(&outcome->so_far.compressions, kt_simulation_model(outcome->simulation), record->t,
                             record->multipliers);
     if (outcome->so_far.half_turns.count > 0)
         kt_half_turns_add(&outcome->so_far.half_turns, &outcome->warnings, outcome->scene, record);

@@ -31,8 +31,8 @@ void kt_moved_take(kt_moved *moved, const kt_model *model, const double *start, 
 
 bool kt_steps_start(kt_steps *steps) {
     const kt_columns *columns = steps->columns;
-    const double *q = kt_simulation_positions(steps->simulation);
-    const double *x = kt_simulation_auxiliary_states(steps->simulation);
+    const double *q = kt_simulated_positions(steps->of);
+    const double *x = kt_simulation_auxiliary_states(steps->of.simulation);
     const size_t nq = (size_t)kt_model_nq(columns->model), states = (size_t)kt_auxiliary_state_count(columns->model);
     steps->start = malloc((nq + states + 1) * sizeof *steps->start);
     steps->is_used = calloc(columns->count + 1, sizeof *steps->is_used);
@@ -46,7 +46,7 @@ bool kt_steps_start(kt_steps *steps) {
         steps->is_used[i] = kt_column_has_steps(source) && !kt_column_is_state(source);
         steps->needs_kinematics = steps->needs_kinematics || steps->is_used[i];
     }
-    kt_moved_take(steps->moved, columns->model, steps->start, q, kt_simulation_velocities(steps->simulation), x);
+    kt_moved_take(steps->moved, columns->model, steps->start, q, kt_simulated_velocities(steps->of), x);
     return true;
 }
 
@@ -54,7 +54,7 @@ void kt_steps_free(kt_steps *steps) {
     free(steps->start);
     free(steps->is_used);
     kt_data_free(steps->data);
-    *steps = (kt_steps){.simulation = NULL};
+    *steps = (kt_steps){.start = NULL};
 }
 
 static void take_coordinates(kt_steps *steps, double time, const double *q, const double *v, const double *x) {
@@ -77,7 +77,8 @@ static bool update_kinematics(kt_steps *steps, double time, const double *q, con
 
 /* Creates data of the present model, which switches select and events change, unless there are such data. */
 static bool use_present_model(kt_steps *steps, double time, const double *q, const double *v) {
-    const kt_model *model = kt_simulation_model(steps->simulation);
+    const kt_model *model =
+        steps->of.motion != NULL ? steps->columns->model : kt_simulation_model(steps->of.simulation);
     if (model == steps->shown && update_kinematics(steps, time, q, v))
         return true;
     kt_data_free(steps->data);
@@ -122,9 +123,9 @@ static uint64_t stride_after(uint64_t steps) {
 void kt_steps_take(kt_steps *steps) {
     if (steps->start == NULL)
         return;
-    const kt_simulation *simulation = steps->simulation;
-    const double time = kt_simulation_time(simulation), *q = kt_simulation_positions(simulation);
-    const double *v = kt_simulation_velocities(simulation), *x = kt_simulation_auxiliary_states(simulation);
+    const kt_simulation *simulation = steps->of.simulation;
+    const double time = kt_simulation_time(simulation), *q = kt_simulated_positions(steps->of);
+    const double *v = kt_simulated_velocities(steps->of), *x = kt_simulation_auxiliary_states(simulation);
     take_coordinates(steps, time, q, v, x);
     if (++steps->moved->steps < steps->moved->next || !steps->needs_kinematics)
         return;

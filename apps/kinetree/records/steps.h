@@ -4,6 +4,7 @@
 #ifndef KT_COMMAND_RECORDS_STEPS_H
 #define KT_COMMAND_RECORDS_STEPS_H
 
+#include "open/simulated.h"
 #include "records/columns.h"
 #include "records/extremes.h"
 
@@ -26,7 +27,7 @@ void kt_moved_take(kt_moved *moved, const kt_model *model, const double *start, 
 
 /* A zero-initialised struct watches nothing. */
 typedef struct kt_steps {
-    const kt_simulation *simulation;
+    kt_simulated of; /* the simulation */
     kt_columns *columns;
     kt_extremes *extremes;
     kt_energy_watch *energy; /* NULL: energies are not watched */

@@ -144,7 +144,7 @@ static void list_events(const kt_outcome *outcome, json_t *root) {
         if (event_is_missed(outcome, i))
             json_array_append_new(missed, json_string(name));
     }
-    const kt_model *model = kt_simulation_model(outcome->simulation);
+    const kt_model *model = kt_outcome_model(outcome);
     if (kt_switch_count(model) > 0)
         json_object_set_new(root, "switched", list_switched(model));
     if (kt_switch_count(model) > 0)
@@ -208,12 +208,12 @@ static void describe_state_values(const kt_outcome *outcome, json_t *root) {
 }
 
 static json_t *measure_energy(const kt_outcome *outcome, kt_data *data) {
-    const kt_model *model = kt_simulation_model(outcome->simulation); /* with its switches at the end */
+    const kt_model *model = kt_outcome_model(outcome); /* with its switches at the end */
     const kt_simulation *simulation = outcome->simulation;
     double kinetic = kt_kinetic_energy(model, data);
     double potential = kt_potential_energy(model, data) + kt_effect_energy(model, data, kt_simulation_time(simulation),
-                                                                           kt_simulation_positions(simulation),
-                                                                           kt_simulation_velocities(simulation));
+                                                                           kt_outcome_positions(outcome),
+                                                                           kt_outcome_velocities(outcome));
     const bool is_known = kt_energy_is_known(&outcome->so_far.energy);
     const double error = kt_energy_watch_error(&outcome->so_far.energy); /* relative, as energy.error of sweeps */
     return json_pack("{s:o, s:o, s:o, s:o, s:o}", "kinetic", kt_json_number(kinetic), "potential",
@@ -246,12 +246,12 @@ static json_t *describe_watch(const kt_outcome *outcome) {
 }
 
 static json_t *describe_outcome(const kt_outcome *outcome, kt_data *data, double *a, kt_error *error) {
-    const kt_model *model = kt_simulation_model(outcome->simulation); /* with its switches at the end */
-    const double *q = kt_simulation_positions(outcome->simulation);
-    const double *v = kt_simulation_velocities(outcome->simulation);
+    const kt_model *model = kt_outcome_model(outcome); /* with its switches at the end */
+    const double *q = kt_outcome_positions(outcome);
+    const double *v = kt_outcome_velocities(outcome);
     kt_mobility dof = kt_model_mobility(model);
     /* After a failed run the acceleration may not exist; the other values do. */
-    bool has_acceleration = kt_simulation_acceleration(outcome->simulation, a, error) == KT_OK;
+    bool has_acceleration = kt_simulated_acceleration(kt_outcome_simulated(outcome), a, error) == KT_OK;
     if (kt_kinematics_update(model, data, q, v, NULL, error) != KT_OK)
         return NULL;
     json_t *root = json_object();
@@ -299,7 +299,7 @@ int kt_summary_write(const kt_outcome *outcome, const char *path) {
     kt_data *data = NULL;
     json_t *root = NULL;
     double *a = malloc(sizeof(double) * ((size_t)kt_model_nv(outcome->model) + 1));
-    if (a == NULL || kt_data_create(kt_simulation_model(outcome->simulation), &data, &error) != KT_OK) {
+    if (a == NULL || kt_data_create(kt_outcome_model(outcome), &data, &error) != KT_OK) {
         kt_say("there is not enough memory for the summary");
         free(a);
         return KT_EXIT_INTEGRATION;

@@ -29,8 +29,7 @@ static void note_run_failure(kt_outcome *outcome, kt_motion *motion, const kt_er
         (void)kt_error_set(&outcome->failed, KT_ERROR_STEP, NULL, "the run has ended at t = %.9g s, before its end",
                            time);
     if (motion != NULL)
-        (void)kt_motion_take_state(motion, time, kt_simulation_positions(simulation),
-                                   kt_simulation_velocities(simulation));
+        (void)kt_motion_take_state(motion, time, kt_outcome_positions(outcome), kt_outcome_velocities(outcome));
 }
 
 static void advise_resume(const char *checkpoint) {
@@ -64,15 +63,14 @@ static int simulate_run(kt_outcome *outcome, kt_results *results, kt_checkpoint 
     kt_error error = {0};
     kt_progress progress = kt_progress_start(quiet);
     outcome->pace.progress = &progress;
-    (void)kt_path_watch_add(&outcome->paths, kt_simulation_time(outcome->simulation),
-                            kt_simulation_positions(outcome->simulation),
-                            kt_simulation_velocities(outcome->simulation));
+    (void)kt_path_watch_add(&outcome->paths, kt_simulation_time(outcome->simulation), kt_outcome_positions(outcome),
+                            kt_outcome_velocities(outcome));
     kt_sinks sinks = {
         .results = results, .progress = &progress, .outcome = outcome, .checkpoint = checkpoint, .modes = modes};
     double before = outcome->so_far.cpu_seconds, start = kt_cpu_clock();
     kt_status status;
     for (;;) {
-        status = kt_simulation_run(outcome->simulation, kt_take_record, &sinks, &error);
+        status = kt_simulated_run(kt_outcome_simulated(outcome), kt_take_record, &sinks, &error);
         outcome->so_far.cpu_seconds = before + kt_cpu_clock() - start - sinks.aside;
         if (!sinks.pauses)
             break;
@@ -262,7 +260,7 @@ static bool start_results(kt_outcome *outcome, const kt_result_names *names, uns
     if (!kt_shares_begin(&outcome->shares, outcome->model) ||
         !kt_extremes_start(&outcome->extremes, results->columns.count))
         return false;
-    outcome->steps = (kt_steps){.simulation = outcome->simulation,
+    outcome->steps = (kt_steps){.of = kt_outcome_simulated(outcome),
                                 .columns = &results->columns,
                                 .extremes = &outcome->extremes,
                                 .energy = energy,
@@ -365,8 +363,11 @@ static kt_simulation_options choose_simulation_options(const kt_run_arguments *a
 
 /* Creates the simulation, with the scene's events. Calls of a program are left out with a warning. */
 static kt_status create_run_simulation(kt_outcome *outcome, kt_simulation_options *options, kt_error *error) {
+    kt_simulated made;
     const kt_status status = kt_simulate_scene(outcome->scene, outcome->model, outcome->run, outcome->absolute, options,
-                                               &outcome->simulation, &outcome->events, error);
+                                               &made, &outcome->events, error);
+    outcome->simulation = made.simulation;
+    outcome->motion = made.motion;
     for (int i = 0; status == KT_OK && i < outcome->scene->event_count; i++) {
         const kt_scene_event *event = &outcome->scene->events[i];
         const kt_warning warning = kt_warning_of("call", (double)event->call_count, NULL,
@@ -420,7 +421,8 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
     kt_path_watch_free(&outcome->paths);
     if (native != NULL && outcome->simulation != NULL && !arguments->quiet)
         kt_native_report(native, outcome->simulation);
-    kt_simulation_free(outcome->simulation);
+    kt_simulated made = kt_outcome_simulated(outcome);
+    kt_simulated_free(&made);
     kt_scene_watch_free(outcome->events);
     kt_warnings_free(&outcome->warnings);
     kt_marks_free(&outcome->marks);
@@ -454,6 +456,10 @@ static int run_model(const kt_run_arguments *arguments, const char *path, const 
     kt_run run = scene->run;
     kt_marker_pair *markers;
     kt_method storage;
+    if (absolute != NULL && (arguments->checkpoint != NULL || arguments->resume != NULL))
+        return kt_misuse("%s: --checkpoint and --resume need the formulation 'tree', since a checkpoint does not count "
+                         "the turns of joints that are loops; leave 'formulation: absolute' out",
+                         arguments->command);
     run.integrator = kt_scene_method_name(scene, kt_integrated_model(model, absolute), &storage);
     char option[32];
     snprintf(option, sizeof option, "%s: --markers", arguments->command);

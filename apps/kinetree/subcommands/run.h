@@ -5,6 +5,7 @@
 
 #include "advice/growth.h"
 #include "advice/warnings.h"
+#include "open/simulated.h"
 #include "open/start.h"
 #include "records/columns.h"
 #include "records/extremes.h"
@@ -198,11 +199,12 @@ typedef struct kt_outcome {
     const kt_run *run;           /* with the options of the command line applied */
     const kt_settings *settings; /* of the command line; NULL: none */
     kt_simulation *simulation;
-    kt_scene_watch *events; /* the scene's events; NULL: none */
-    const char *name;       /* the scene's name, or the file's if it has none */
-    bool unprojected;       /* --unprojected */
-    bool is_native;         /* --native */
-    kt_error_check *check;  /* --check-error; NULL: not given */
+    kt_absolute_motion *motion; /* its owner in the absolute formulation; else NULL */
+    kt_scene_watch *events;     /* the scene's events; NULL: none */
+    const char *name;           /* the scene's name, or the file's if it has none */
+    bool unprojected;           /* --unprojected */
+    bool is_native;             /* --native */
+    kt_error_check *check;      /* --check-error; NULL: not given */
     kt_so_far so_far;
     bool is_blown_up;          /* the blow-up has been reported */
     kt_error excess;           /* a value beyond all reason, which has ended the run */
@@ -220,6 +222,21 @@ typedef struct kt_outcome {
     char replaced[800]; /* earlier results that were replaced (kt_note_replaced) */
     kt_warnings warnings;
 } kt_outcome;
+
+/* The present state of a run, and its model, in the coordinates of the tree. */
+static inline kt_simulated kt_outcome_simulated(const kt_outcome *outcome) {
+    return (kt_simulated){outcome->simulation, outcome->motion};
+}
+static inline const double *kt_outcome_positions(const kt_outcome *outcome) {
+    return kt_simulated_positions(kt_outcome_simulated(outcome));
+}
+static inline const double *kt_outcome_velocities(const kt_outcome *outcome) {
+    return kt_simulated_velocities(kt_outcome_simulated(outcome));
+}
+/* If loops or effects are switched, the model with the present set. */
+static inline const kt_model *kt_outcome_model(const kt_outcome *outcome) {
+    return outcome->motion != NULL ? outcome->model : kt_simulation_model(outcome->simulation);
+}
 
 /* Writes the scene with the end of the run as its initial state. Unless `quiet`, prints what begins anew in the written
  * scene (kt_say_anew). Returns an exit code after printing an error. */

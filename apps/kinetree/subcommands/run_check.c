@@ -124,14 +124,14 @@ static kt_run tighten_run(const kt_outcome *outcome, kt_error_check *check) {
 
 static kt_status run_second(kt_outcome *outcome, kt_error_walk *walk, const kt_run *run, kt_error *error) {
     kt_simulation_options options = kt_simulation_options_default();
-    kt_simulation *simulation = NULL;
+    kt_simulated second;
     kt_scene_watch *events = NULL;
     options.unprojected = outcome->unprojected;
-    kt_status status = kt_simulate_scene(outcome->scene, outcome->model, run, outcome->absolute, &options, &simulation,
-                                         &events, error);
+    kt_status status =
+        kt_simulate_scene(outcome->scene, outcome->model, run, outcome->absolute, &options, &second, &events, error);
     if (status == KT_OK)
-        status = kt_simulation_run(simulation, compare_record, walk, error);
-    kt_simulation_free(simulation);
+        status = kt_simulated_run(second, compare_record, walk, error);
+    kt_simulated_free(&second);
     kt_scene_watch_free(events);
     return status;
 }

@@ -20,8 +20,8 @@ int kt_run_write_end(const kt_outcome *outcome, const char *path, bool quiet) {
     kt_scene end = *outcome->scene; /* it shares the contents with the scene, and owns its later allocations */
     kt_error error = {0};
     end.memory = NULL;
-    kt_status status = kt_scene_start_from(&end, outcome->model, kt_simulation_positions(outcome->simulation),
-                                           kt_simulation_velocities(outcome->simulation), &error);
+    kt_status status = kt_scene_start_from(&end, outcome->model, kt_outcome_positions(outcome),
+                                           kt_outcome_velocities(outcome), &error);
     if (status == KT_OK)
         status = kt_scene_start_states(&end, kt_simulation_auxiliary_states(outcome->simulation), &error);
     json_t *released = kt_released_list(outcome->scene, outcome->simulation);

@@ -53,7 +53,7 @@ typedef struct kt_sweep_run {
     kt_scene *scene; /* that, or the worker's, which is another run's by the time this one runs; NULL: there is none */
     kt_model *model;
     kt_absolute *absolute;
-    kt_simulation *simulation;
+    kt_simulated by; /* its simulation */
     kt_native_code native;
     kt_sweep_worker *worker; /* counts the accelerations */
     kt_scene_watch *watch;
@@ -72,7 +72,7 @@ typedef struct kt_sweep_run {
 static void release_run(made *m) {
     kt_extremes_free(&m->extremes);
     kt_columns_free(&m->columns);
-    kt_simulation_free(m->simulation);
+    kt_simulated_free(&m->by);
     kt_scene_watch_free(m->watch);
     kt_absolute_free(m->absolute);
     kt_native_code_free(&m->native);
@@ -81,7 +81,6 @@ static void release_run(made *m) {
     m->scene = NULL;
     m->model = NULL;
     m->absolute = NULL;
-    m->simulation = NULL;
     m->watch = NULL;
     m->energy = (kt_energy_watch){.records = 0};
     m->own = kt_scene_default();
@@ -149,8 +148,7 @@ static kt_status prepare_run(made *m, kt_error *error) {
     if (status == KT_OK)
         status = use_native(m, &options, error);
     if (status == KT_OK)
-        status = kt_simulate_scene(m->scene, m->model, &m->scene->run, m->absolute, &options, &m->simulation, &m->watch,
-                                   error);
+        status = kt_simulate_scene(m->scene, m->model, &m->scene->run, m->absolute, &options, &m->by, &m->watch, error);
     if (status == KT_OK && !kt_extremes_start(&m->extremes, m->sweep->column_count))
         status = kt_reject_memory(error);
     return status;
@@ -240,7 +238,7 @@ static kt_status judge_run(const made *m, kt_status status, kt_error *error) {
     if (status == KT_OK && kt_energy_watch_is_blown_up(&m->energy))
         return kt_error_set(error, KT_ERROR_STEP, NULL,
                             "the energy has risen in a scene that cannot gain any: the integration has blown up");
-    const kt_grown_run grown = {m->model, m->absolute, &m->run, m->simulation};
+    const kt_grown_run grown = {m->model, m->absolute, &m->run, m->by};
     if (status == KT_OK && kt_growth_diverges(&m->growth, &grown, error) > 0.0)
         return error->code;
     return status;
@@ -285,9 +283,9 @@ char *kt_sweep_header(const kt_sweep *sweep) {
 /* How often each event has happened; a run that did not begin has empty cells. */
 static void add_events(kt_bytes *line, const kt_sweep *sweep, const made *m) {
     for (size_t i = 0; i < sweep->event_count; i++)
-        if (m->simulation != NULL)
+        if (m->by.simulation != NULL)
             kt_bytes_print(line, ",%llu",
-                           (unsigned long long)kt_simulation_event_count(m->simulation, sweep->events[i]));
+                           (unsigned long long)kt_simulation_event_count(m->by.simulation, sweep->events[i]));
         else
             kt_bytes_print(line, ",");
 }
@@ -296,9 +294,9 @@ static char *write_run_line(const made *m, kt_status status, const kt_error *err
     const kt_sweep *sweep = m->sweep;
     kt_bytes line = {0};
     kt_sweep_plan_start(&sweep->plan, m->number, m->values, &line);
-    const kt_simulation_counts counts = kt_simulation_counts_of(m->simulation);
+    const kt_simulation_counts counts = kt_simulation_counts_of(m->by.simulation);
     kt_bytes_print(&line, "%s", kt_exit_name(kt_exit_code(status)));
-    kt_sweep_put_cell(&line, kt_simulation_time(m->simulation));
+    kt_sweep_put_cell(&line, kt_simulation_time(m->by.simulation));
     kt_bytes_print(&line, ",%llu,%llu", (unsigned long long)counts.steps, (unsigned long long)counts.evaluations);
     kt_sweep_put_cell(&line, kt_energy_is_known(&m->energy) ? kt_energy_watch_error(&m->energy) : (double)NAN);
     add_events(&line, sweep, m);
@@ -335,7 +333,7 @@ int64_t kt_sweep_number(const kt_sweep_run *run) { return run->number; }
 const kt_model *kt_sweep_model(const kt_sweep_run *run) { return run->model; }
 
 bool kt_sweep_member(kt_sweep_run *run, kt_ensemble_member *member) {
-    *member = (kt_ensemble_member){.simulation = run->simulation, .record = take_record, .user = run};
+    *member = (kt_ensemble_member){.simulation = run->by.simulation, .record = take_record, .user = run};
     return run->status == KT_OK;
 }
 
@@ -345,7 +343,7 @@ kt_sweep_result kt_sweep_end(kt_sweep_run *run, kt_status status, const kt_error
     run->result.code = kt_exit_code(status);
     run->result.line = write_run_line(run, status, run->status == KT_OK ? &why : &run->error);
     const kt_sweep_result result = run->result;
-    run->worker->unmade += run->simulation == NULL;
+    run->worker->unmade += run->by.simulation == NULL;
     if (run->native.file != NULL) {
         run->worker->natively++;
         run->worker->computed += run->native.native.computed;
@@ -359,12 +357,10 @@ kt_sweep_result kt_sweep_end(kt_sweep_run *run, kt_status status, const kt_error
 
 kt_sweep_result kt_sweep_one(const kt_sweep *sweep, kt_sweep_worker *worker, int64_t number) {
     kt_sweep_run *run = kt_sweep_begin(sweep, worker, number);
-    kt_ensemble_member member;
     kt_error error = {0};
     if (run == NULL)
         return (kt_sweep_result){.line = NULL};
-    const kt_status status =
-        kt_sweep_member(run, &member) ? kt_simulation_run(member.simulation, member.record, run, &error) : KT_OK;
+    const kt_status status = run->status == KT_OK ? kt_simulated_run(run->by, take_record, run, &error) : KT_OK;
     return kt_sweep_end(run, status, &error);
 }
 
@@ -494,6 +490,7 @@ int kt_sweep_list_columns(kt_sweep *sweep) {
     const int64_t first = find_first_valid_run(sweep);
     kt_status status = make_model(sweep, first, &m, say_fault, NULL, &error);
     const bool read = status == KT_OK;
+    sweep->is_absolute = m.absolute != NULL;
     unsigned record;
     if (status == KT_OK)
         code = kt_check_scene_files(m.scene);

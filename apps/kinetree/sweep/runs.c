@@ -163,13 +163,13 @@ static void work_one_by_one(runner *r) {
         const kt_sweep_result result = kt_sweep_one(r->shared->sweep, &r->worker, number);
         store_line(r->shared, number, &result);
     }
-    r->worker.alone = "--one-by-one is given";
+    r->worker.alone = r->shared->sweep->is_absolute ? "the scene has formulation: absolute" : "--one-by-one is given";
 }
 
 static void *work_on_runs(void *user) {
     shared *s = user;
     runner r = {.shared = s};
-    if (s->sweep->arguments->one_by_one)
+    if (s->sweep->arguments->one_by_one || s->sweep->is_absolute)
         work_one_by_one(&r);
     else
         work_in_lanes(&r);

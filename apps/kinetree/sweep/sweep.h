@@ -130,6 +130,7 @@ typedef struct kt_sweep {
     int functional_count;
     char **events; /* names of the events that lines count */
     size_t event_count;
+    bool is_absolute;      /* the scene's formulation; its runs are simulated one after the other */
     kt_native_file native; /* --native: the file of the first run; without a library: none */
 } kt_sweep;
 

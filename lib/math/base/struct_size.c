@@ -137,7 +137,6 @@
     X(kt_symbols)                                                                                                      \
     X(kt_term)                                                                                                         \
     X(kt_track)                                                                                                        \
-    X(kt_transformation)                                                                                               \
     X(kt_twist)                                                                                                        \
     X(kt_variable)                                                                                                     \
     X(kt_variable_mass)                                                                                                \

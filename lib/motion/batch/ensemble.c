@@ -98,8 +98,8 @@ static const char *fallback_reason_of_member(const kt_ensemble *e, const kt_simu
     const char *why = why_model(e, s->model);
     if (why)
         return why;
-    if (s->transformation || s->options.acceleration || s->options.projection)
-        return "it integrates equations of the caller, or of another formulation";
+    if (s->options.acceleration || s->options.projection)
+        return "it integrates equations of the caller";
     return s->size.n > s->size.work || s->works.watches ? "it records or watches the work done (balance)" : NULL;
 }
 

@@ -139,8 +139,7 @@ static kt_status reject_newton(const kt_simulation *simulation, double t, int bo
 /* Whether forces exist that this check does not add up: of masses that vary, and of teeth on their bearings. */
 static bool has_other_forces(const kt_simulation *simulation) {
     const kt_model *model = simulation->model;
-    return model->n.varying > 0 || model->n.load > 0 || simulation->size.balanced > 0 ||
-           simulation->transformation != NULL;
+    return model->n.varying > 0 || model->n.load > 0 || simulation->size.balanced > 0;
 }
 
 /* Compares the residuals of each body's joint with the largest terms in this joint, as moments: a horizontal force that

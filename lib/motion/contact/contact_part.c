@@ -196,7 +196,7 @@ static kt_status commit_jump_of_contacts(kt_simulation *simulation, double lost,
             c->all->driven || simulation->model->driven; /* a moving contact may be open again after a bounce */
         kt_simulation_add_jump(simulation, after.kinetic + after.potential - before.kinetic - before.potential, lost,
                                driven);
-        status = kt_simulation_land(simulation, simulation->y, &before, &after, error);
+        status = kt_simulation_land(simulation, &before, &after, error);
     }
     if (status != KT_OK) {
         kt_simulation_take_model(simulation, old);

@@ -120,11 +120,10 @@ size_t kt_motion_work_size(const kt_simulation *simulation) {
 }
 
 static kt_status check_differentiated_simulation(const kt_simulation *simulation, kt_error *error) {
-    if (simulation->transformation != NULL || simulation->options.acceleration != NULL ||
-        simulation->options.projection != NULL)
+    if (simulation->options.acceleration != NULL || simulation->options.projection != NULL)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_motion_derivatives",
-                            "the simulation uses equations or a projection of the caller, or another formulation, "
-                            "whose derivatives are unknown; use those of the engine");
+                            "the simulation uses equations or a projection of the caller, whose derivatives are "
+                            "unknown; use those of the engine");
     if (kt_motion_work_size(simulation) == 0)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "kt_motion_derivatives",
                             "a step of '%s' depends on earlier steps, so that it has no derivatives with respect to "

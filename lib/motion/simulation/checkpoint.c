@@ -180,7 +180,7 @@ static kt_checkpoint_head make_head(const kt_simulation *simulation) {
     head.nq = simulation->size.nq;
     head.nv = simulation->size.nv;
     head.body = simulation->size.body;
-    head.model = sum_of_model(simulation->user_model);
+    head.model = sum_of_model(simulation->model);
     head.events = sum_of_events(simulation);
     head.settings = settings_of(simulation);
     return head;
@@ -329,8 +329,8 @@ static const kt_model *checkpoint_model_of(kt_simulation *simulation, uint64_t s
 
 /* The arrays whose numbers must be finite: name, count. */
 #define KT_CHECKPOINT_FINITE(X)                                                                                        \
-    X(torque, size->user_nv)                                                                                           \
-    X(torque_next, size->user_nv)                                                                                      \
+    X(torque, size->nv)                                                                                                \
+    X(torque_next, size->nv)                                                                                           \
     X(wrench, size->body *(sizeof(kt_wrench) / sizeof(double)))                                                        \
     X(wrench_next, size->body *(sizeof(kt_wrench) / sizeof(double)))                                                   \
     X(state, size->state)

@@ -150,11 +150,10 @@ static double next_event_breakpoint(kt_simulation *simulation, double t, size_t 
 /* ---- a step ------------------------------------------------------------------------------------------------------ */
 
 /* The largest rate at which a joint turns in the state y, rad/s. */
-static double largest_rate(kt_simulation *simulation, double t, const double *y) {
-    const kt_model *model = simulation->user_model;
-    const double *q, *v, *shown;
+static double largest_rate(const kt_simulation *simulation, const double *y) {
+    const kt_model *model = simulation->model;
+    const double *v = y + simulation->size.nq;
     double most = 0.0;
-    kt_simulation_export(simulation, t, y, NULL, &q, &v, &shown);
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
         double square = 0.0;
@@ -175,7 +174,7 @@ static kt_status begin_events(kt_simulation *simulation, kt_error *error) {
     if (status != KT_OK)
         return status;
     simulation->events.time = t;
-    simulation->events.rate = largest_rate(simulation, t, y);
+    simulation->events.rate = largest_rate(simulation, y);
     for (size_t k = 0; k < simulation->events.count; k++)
         if (simulation->event_memory[k].side == 0 && kt_event_is_watched(simulation, k))
             simulation->event_memory[k].side = kt_sign_of(simulation->events.value[k]);
@@ -185,8 +184,7 @@ static kt_status begin_events(kt_simulation *simulation, kt_error *error) {
 /* Sets the values with which a search along the last step begins. */
 static void begin_search(kt_simulation *simulation) {
     const size_t n = simulation->size.event;
-    simulation->events.rate_end = largest_rate(simulation, kt_integrator_time(simulation->integrator),
-                                               kt_integrator_state(simulation->integrator));
+    simulation->events.rate_end = largest_rate(simulation, kt_integrator_state(simulation->integrator));
     kt_copy(simulation->events.value + KT_EVENT_SAMPLES * n, simulation->events.value, n * sizeof(double));
     simulation->events.cut = 0;
     simulation->events.lead = HUGE_VAL;

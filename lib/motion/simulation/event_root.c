@@ -45,11 +45,10 @@ kt_status kt_event_fail(const kt_event *event, const char *what, double t, const
 kt_status kt_event_evaluate(kt_simulation *simulation, size_t k, double t, const double *y, double *value,
                             kt_error *error) {
     const kt_event *event = &simulation->events.list[k];
-    const double *shown;
     kt_error from = {0};
-    kt_instant at = {.model = simulation->user_model, .data = simulation->user_data, .t = t};
-    kt_simulation_export(simulation, t, y, NULL, &at.q, &at.v, &shown);
-    at.x = y + simulation->size.nq + simulation->size.nv;
+    kt_instant at = {.model = simulation->model, .data = simulation->data, .t = t, .q = y};
+    at.v = y + simulation->size.nq;
+    at.x = at.v + simulation->size.nv;
     kt_simulation_use_states(simulation, y);
     at.tau = simulation->memory.now.torque ? simulation->torque : NULL;
     at.external = simulation->memory.now.wrenches ? simulation->wrench : NULL;

@@ -35,7 +35,7 @@ static kt_status close_later(const kt_simulation *simulation, double part, kt_er
     const double later = t + part * (simulation->step > 0.0 ? simulation->step : simulation->records.interval);
     char what[96];
     (void)snprintf(what, sizeof what, "from here on the loops cannot be closed; at t = %.9g s these stay open", later);
-    return kt_loops_reach(simulation->user_model, simulation->user_data, later, kt_simulation_positions(simulation),
+    return kt_loops_reach(simulation->model, simulation->data, later, simulation->state,
                           KT_CLOSED_ASSEMBLED, what, found);
 }
 
@@ -43,7 +43,7 @@ static kt_status close_later(const kt_simulation *simulation, double part, kt_er
  * too far away may miss the closed position, so the loops must fail to close twice. */
 static bool is_end_of_loops(kt_simulation *simulation, kt_status from, kt_error *found) {
     const kt_status cause = simulation->cause.code;
-    if (!simulation->user_model->driven || simulation->options.unprojected || simulation->options.projection != NULL)
+    if (!simulation->model->driven || simulation->options.unprojected || simulation->options.projection != NULL)
         return false;
     if (from != KT_ERROR_STEP && cause != KT_ERROR_CONSTRAINT && cause != KT_ERROR_SINGULAR)
         return false;

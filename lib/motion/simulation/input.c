@@ -17,7 +17,7 @@ static bool inputs_differ(const kt_simulation *simulation) {
         return true;
     if (memory->now.torque != memory->next.torque || memory->now.wrenches != memory->next.wrenches)
         return true;
-    return memcmp(simulation->torque, simulation->torque_next, size->user_nv * sizeof(double)) != 0 ||
+    return memcmp(simulation->torque, simulation->torque_next, size->nv * sizeof(double)) != 0 ||
            memcmp(simulation->wrench, simulation->wrench_next, size->body * sizeof(kt_wrench)) != 0;
 }
 
@@ -36,7 +36,7 @@ kt_status kt_simulation_inputs_commit(kt_simulation *simulation, kt_error *error
             kt_integrator_change(simulation->integrator, simulation->options.smooth_inputs);
         if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its own state at its own time, both finite */
             return status;   /* GCOVR_EXCL_LINE */
-        memcpy(simulation->torque, simulation->torque_next, size->user_nv * sizeof(double));
+        memcpy(simulation->torque, simulation->torque_next, size->nv * sizeof(double));
         memcpy(simulation->wrench, simulation->wrench_next, size->body * sizeof(kt_wrench));
         simulation->memory.now = simulation->memory.next;
         kt_simulation_inputs_use(simulation);
@@ -67,13 +67,13 @@ void kt_simulation_await_inputs(kt_simulation *simulation) {
 kt_status kt_simulation_set_torque(kt_simulation *simulation, const double *torque, kt_error *error) {
     if (KT_IS_MISSING(error, simulation))
         return KT_ERROR_ARGUMENT;
-    size_t nv = simulation->size.user_nv;
+    size_t nv = simulation->size.nv;
     for (int body = 1; torque != NULL && body < (int)simulation->size.body; body++) {
-        kt_coordinates at = kt_body_coordinates(simulation->user_model, body);
+        kt_coordinates at = kt_body_coordinates(simulation->model, body);
         for (int i = 0; i < at.nv; i++)
             if (!isfinite(torque[at.v + i])) {
                 return kt_error_set(error, KT_ERROR_NOT_FINITE,
-                                    kt_where_format("joint '%s'", kt_joint_name(simulation->user_model, body)).text,
+                                    kt_where_format("joint '%s'", kt_joint_name(simulation->model, body)).text,
                                     "the torque is %g; give a finite number", torque[at.v + i]);
             }
     }
@@ -95,7 +95,7 @@ kt_status kt_simulation_set_wrenches(kt_simulation *simulation, const kt_wrench 
     for (int body = 1; wrenches != NULL && body < (int)count; body++)
         if (!wrench_is_finite(&wrenches[body])) {
             return kt_error_set(error, KT_ERROR_NOT_FINITE,
-                                kt_where_format("body '%s'", kt_body_name(simulation->user_model, body)).text,
+                                kt_where_format("body '%s'", kt_body_name(simulation->model, body)).text,
                                 "the wrench is not finite");
         }
     kt_copy_or_clear(simulation->wrench_next, wrenches, count * sizeof(kt_wrench));

@@ -22,8 +22,7 @@ typedef struct kt_simulation_request {
     kt_run run;
     kt_simulation_options options;
     const kt_method *method;
-    kt_method by_rho;      /* storage of `method` */
-    const kt_model *model; /* the integrated model */
+    kt_method by_rho; /* storage of `method` */
     unsigned record;
 } kt_simulation_request;
 
@@ -33,14 +32,10 @@ static bool has_model_equations(const kt_simulation_request *settings) {
 }
 
 /* Rejects options that cannot be combined with coordinates that move no mass. */
-static kt_status reject_massless_options(const kt_simulation_request *settings, kt_error *error) {
-    const kt_simulation_options *options = &settings->options;
-    if (options->transformation != NULL)
-        return kt_massless_reject(options->transformation->model, "transformation",
-                                  "no other formulation supports this; integrate in tree coordinates", error);
+static kt_status reject_massless_options(const kt_model *model, const kt_simulation_options *options, kt_error *error) {
     if (options->acceleration != NULL || options->projection != NULL)
-        return kt_massless_reject(settings->model, "acceleration",
-                                  "equations in place of the engine's do not balance forces", error);
+        return kt_massless_reject(model, "acceleration", "equations in place of the engine's do not balance forces",
+                                  error);
     return KT_OK;
 }
 
@@ -99,10 +94,9 @@ static kt_status check_time_stepping_options(const kt_model *model, const kt_sim
         return kt_error_set(error, KT_ERROR_ARGUMENT, "contact", "%d: must be KT_CONTACT_EVENTS or KT_CONTACT_STEPS",
                             (int)options->contact);
     const char *integrator = settings->run.integrator;
-    if (options->method != NULL || options->transformation != NULL)
+    if (options->method != NULL)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "contact",
-                            "time stepping is a method of its own in tree coordinates; leave %s out",
-                            options->method != NULL ? "the method" : "the transformation");
+                            "time stepping is a method of its own; leave the method out");
     if (integrator != NULL && strcmp(integrator, kt_method_moreau_jean.name) != 0)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "integrator",
                             "time stepping is a method of its own, and not '%.40s'; set the integrator to NULL",
@@ -155,8 +149,7 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
     if (given == NULL)
         return KT_ERROR_ARGUMENT;
     settings->options = *given;
-    settings->model = settings->options.transformation ? settings->options.transformation->model : model;
-    const kt_model *known = has_model_equations(settings) ? settings->model : NULL;
+    const kt_model *known = has_model_equations(settings) ? model : NULL;
     settings->method = settings->options.method != NULL ? settings->options.method
                                                         : kt_run_method(&settings->run, known, &settings->by_rho);
     if (settings->options.contact == KT_CONTACT_STEPS)
@@ -173,14 +166,8 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
         status = check_time_stepping_options(model, settings, error);
     if (status == KT_OK)
         status = check_step_evaluations(model, settings, error);
-    if (status == KT_OK && settings->options.transformation != NULL)
-        status = kt_auxiliary_states_reject(
-            model, "transformation", "other formulations have no such states; integrate in tree coordinates", error);
-    if (status == KT_OK && settings->options.transformation != NULL)
-        status = kt_masses_reject(model, "transformation",
-                                  "no other formulation supports this; integrate in tree coordinates", error);
     if (status == KT_OK)
-        status = reject_massless_options(settings, error);
+        status = reject_massless_options(model, &settings->options, error);
     if (status != KT_OK)
         return status;
     if (!(settings->run.step > 0.0) && !kt_method_is_adaptive(settings->method))
@@ -197,17 +184,14 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
 
 /* The solver of Newton's equations: the solver of the simulation. NULL if the caller supplies the equations, if nothing
  * moves, if coordinates follow from the balance of forces, or if the library was built without this solver. */
-static const kt_newton *newton_of(const kt_simulation_request *settings) {
-    const bool own =
-        has_model_equations(settings) && kt_model_nv(settings->model) > 0 && settings->model->n.massless == 0;
+static const kt_newton *newton_of(const kt_model *model, const kt_simulation_request *settings) {
+    const bool own = has_model_equations(settings) && kt_model_nv(model) > 0 && model->n.massless == 0;
     return kt_method_needs_newton(settings->method) && own ? &kt_simulation_newton : NULL;
 }
 
-static void measure_simulation(const kt_model *user_model, const kt_simulation_request *settings,
+static void measure_simulation(const kt_model *model, const kt_simulation_request *settings,
                                kt_simulation_sizes *size) {
-    const kt_model *model = settings->model;
     const bool reacts = (settings->record & KT_RECORD_REACTIONS) != 0;
-    const bool transformed = settings->options.transformation != NULL;
     size->nq = (size_t)kt_model_nq(model);
     size->nv = (size_t)kt_model_nv(model);
     const size_t x = model->n.x, all = size->nq + size->nv + x;
@@ -217,49 +201,42 @@ static void measure_simulation(const kt_model *user_model, const kt_simulation_r
     size->n = size->work + (size->integrates_works ? 2 : 0);
     size->balanced = model->n.massless > 0 ? size->n : 0;
     size->panel = size->integrates_works && !(settings->run.step > 0.0);
-    size->user_nq = (size_t)kt_model_nq(user_model);
-    size->user_nv = (size_t)kt_model_nv(user_model);
-    size->body = (size_t)kt_model_body_count(user_model);
+    size->body = (size_t)kt_model_body_count(model);
     size->gap = kt_gap_list(model, NULL);
     size->event = settings->options.events > 0 ? (size_t)settings->options.events : 0;
-    const size_t contacts = kt_contacts_of(user_model);
+    const size_t contacts = kt_contacts_of(model);
     size->event += contacts;
     size->contacts = contacts;
-    size->contact = kt_contacts_size(user_model, contacts);
-    size->mask = contacts > 0 ? kt_mask_size(user_model) : 0;
-    size->ranks = contacts > 0 ? kt_mask_ranks_size(user_model) : 0;
-    size->moreau = contacts > 0 && takes_time_steps(&settings->options) ? kt_moreau_size(user_model, size->n) : 0;
+    size->contact = kt_contacts_size(model, contacts);
+    size->mask = contacts > 0 ? kt_mask_size(model) : 0;
+    size->ranks = contacts > 0 ? kt_mask_ranks_size(model) : 0;
+    size->moreau = contacts > 0 && takes_time_steps(&settings->options) ? kt_moreau_size(model, size->n) : 0;
     size->reaction = reacts ? size->body : 0;
-    size->loop_reaction = reacts ? (size_t)kt_loop_count(user_model) : 0;
+    size->loop_reaction = reacts ? (size_t)kt_loop_count(model) : 0;
     size->multiplier = reacts ? (size_t)kt_model_mobility(model).equations : 0;
     size->quaternion = size->nq - size->nv; /* each has one position more than velocities */
     size->data = kt_data_size(model);
-    const kt_integrator_options solver = {.newton = newton_of(settings)};
+    const kt_integrator_options solver = {.newton = newton_of(model, settings)};
     if (solver.newton != NULL)
         kt_simulation_newton_measure(model, kt_method_family_of(settings->method)->exact, size);
     size->integrator = kt_integrator_size_with(settings->method, size->n, &solver);
     size->rate = settings->options.acceleration != NULL ? size->nv : 0;
-    size->state = size->user_nq + size->user_nv + x;
+    size->state = size->nq + size->nv + x;
     size->undo = contacts > 0 ? kt_simulation_undo_size(size) : 0;
-    size->shown = transformed ? size->user_nq + 2 * size->user_nv : 0;
-    size->body_wrench = transformed ? (size_t)kt_model_body_count(model) : 0;
-    size->free_reaction = transformed && reacts ? (size_t)kt_loop_count(model) : 0;
-    size->user_data = transformed ? kt_data_size(user_model) : 0;
 }
 
 /* The largest sizes that any variant of a model needs. */
-static void measure_most(const kt_model *user_model, const kt_simulation_request *settings, kt_simulation_sizes *size) {
-    measure_simulation(user_model, settings, size);
-    for (uint64_t k = 0; user_model->variants && k < kt_variants_count(user_model->variants); k++) {
-        kt_simulation_request other = *settings;
+static void measure_most(const kt_model *model, const kt_simulation_request *settings, kt_simulation_sizes *size) {
+    measure_simulation(model, settings, size);
+    for (uint64_t k = 0; model->variants && k < kt_variants_count(model->variants); k++) {
         kt_simulation_sizes one = {0};
-        other.model = kt_variants_model(user_model->variants, k);
-        measure_simulation(other.model, &other, &one);
+        measure_simulation(kt_variants_model(model->variants, k), settings, &one);
 #define MEMORY_MOST(member) size->member = one.member > size->member ? one.member : size->member;
         KT_SIMULATION_OF_MODEL(MEMORY_MOST)
 #undef MEMORY_MOST
     }
-    if (size->mask > 0 && newton_of(settings) != NULL) /* the loops of a mask may leave any number of free velocities */
+    if (size->mask > 0 &&
+        newton_of(model, settings) != NULL) /* the loops of a mask may leave any number of free velocities */
         size->basis = size->along = size->nv * size->nv;
     size->parts = kt_simulation_measure_parts(size);
 }
@@ -291,9 +268,8 @@ static void find_quaternions(kt_simulation *simulation) {
 }
 
 /* The longest step that the run, the caller and the functions of time allow; 0: no limit. */
-static double longest_run_step(const kt_simulation_request *settings) {
-    const kt_model *model = settings->model; /* the model with all switches on has the least limit */
-    if (model->variants)
+static double longest_run_step(const kt_model *model, const kt_simulation_request *settings) {
+    if (model->variants) /* the model with all switches on has the least limit */
         model = kt_variants_model(model->variants, kt_variants_count(model->variants) - 1);
     double longest = kt_simulation_longest_step(model);
     if (settings->run.max_step > 0.0)
@@ -309,11 +285,11 @@ static kt_status init_integrator(kt_simulation *simulation, const kt_simulation_
     options.relative_tolerance = settings->run.relative;
     options.absolute_tolerance = settings->run.absolute;
     options.initial_step = settings->options.initial_step;
-    options.max_step = longest_run_step(settings);
+    options.max_step = longest_run_step(simulation->model, settings);
     options.max_steps = settings->options.max_steps;
     options.quadratures = simulation->size.n - simulation->size.work;
     options.positions = simulation->size.nq;
-    options.newton = newton_of(settings);
+    options.newton = newton_of(simulation->model, settings);
     simulation->method = settings->by_rho;
     const kt_method *method = settings->method == &settings->by_rho ? &simulation->method : settings->method;
     const kt_status status = kt_integrator_init(simulation->integrator_memory, simulation->size.integrator, method,
@@ -336,27 +312,12 @@ static void set_records(kt_simulation *simulation, const kt_simulation_request *
     simulation->records.count = 1 + (int64_t)kt_record_intervals(simulation->duration, simulation->records.interval);
 }
 
-static kt_status init_data(kt_simulation *simulation, kt_error *error) {
-    const kt_simulation_sizes *size = &simulation->size;
-    kt_status status =
-        kt_data_init_followed(simulation->model, simulation->data_memory, size->data, &simulation->data, error);
-    simulation->user_data = simulation->data;
-    if (status == KT_OK && simulation->transformation != NULL)
-        status = kt_data_init_followed(simulation->user_model, simulation->user_memory, size->user_data,
-                                       &simulation->user_data, error);
-    return status;
-}
-
-/* Writes the initial state to `state` and y. The user model is assembled, so that all simulations of it start from the
- * same state. */
+/* Writes the initial state to `state` and y. */
 static kt_status assemble(kt_simulation *simulation, kt_error *error) {
-    double *q = simulation->state, *v = q + simulation->size.user_nq;
-    kt_model_initial(simulation->user_model, q, v);
-    kt_copy(v + simulation->size.user_nv, simulation->model->v0 + simulation->model->n.v,
-            simulation->size.x * sizeof *v);
-    kt_status status = kt_state_assemble(simulation->user_model, simulation->user_data, 0.0, q, v, error);
-    if (status == KT_OK && simulation->transformation != NULL)
-        return kt_simulation_import_state(simulation, 0.0, q, v, simulation->y, error);
+    double *q = simulation->state, *v = q + simulation->size.nq;
+    kt_model_initial(simulation->model, q, v);
+    kt_copy(v + simulation->size.nv, simulation->model->v0 + simulation->model->n.v, simulation->size.x * sizeof *v);
+    kt_status status = kt_state_assemble(simulation->model, simulation->data, 0.0, q, v, error);
     memcpy(simulation->y, q, simulation->size.state * sizeof *q);
     if (status == KT_OK && simulation->size.balanced > 0) {
         bool changed;
@@ -368,7 +329,8 @@ static kt_status assemble(kt_simulation *simulation, kt_error *error) {
 
 /* The parts that can fail, in memory that is already laid out. */
 static kt_status fill_simulation(kt_simulation *simulation, const kt_simulation_request *settings, kt_error *error) {
-    kt_status status = init_data(simulation, error);
+    kt_status status = kt_data_init_followed(simulation->model, simulation->data_memory, simulation->size.data,
+                                             &simulation->data, error);
     if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: its memory has the size that it measured */
         return status;   /* GCOVR_EXCL_LINE */
     simulation->options = settings->options;
@@ -407,7 +369,7 @@ static kt_status fill_simulation(kt_simulation *simulation, const kt_simulation_
 }
 
 /* Rejects options that bypass the engine's equations, since the engine closes contacts in these equations. */
-static kt_status check_contacts(const kt_simulation_request *settings, kt_error *error) {
+static kt_status check_contacts(const kt_model *model, const kt_simulation_request *settings, kt_error *error) {
     const bool foreign = settings->options.acceleration != NULL || settings->options.projection != NULL;
     if (foreign || settings->options.unprojected)
         return kt_error_set(error, KT_ERROR_UNSUPPORTED, "contact",
@@ -416,14 +378,14 @@ static kt_status check_contacts(const kt_simulation_request *settings, kt_error 
                             foreign ? "the caller's" : "unprojected");
     const bool steps = settings->options.contact == KT_CONTACT_STEPS;
     bool rubs = false;
-    for (size_t i = 0; i < settings->model->n.loop; i++)
-        rubs = rubs || settings->model->loop[i].rubs > 0;
-    for (size_t i = 0; i < settings->model->n.loop && !steps; i++)
-        if (settings->model->loop[i].friction > 0 && settings->model->loop[i].tube > 0.0)
+    for (size_t i = 0; i < model->n.loop; i++)
+        rubs = rubs || model->loop[i].rubs > 0;
+    for (size_t i = 0; i < model->n.loop && !steps; i++)
+        if (model->loop[i].friction > 0 && model->loop[i].tube > 0.0)
             return kt_error_set(error, KT_ERROR_UNSUPPORTED, "contact",
                                 "'%.60s': friction between spheres (radius2) needs time stepping; take contact: steps "
                                 "with a step, or leave the friction out",
-                                kt_loop_name(settings->model, (int)i));
+                                kt_loop_name(model, (int)i));
     if (rubs && kt_method_family_of(settings->method)->exact)
         return kt_error_set(
             error, KT_ERROR_UNSUPPORTED, "contact",
@@ -451,18 +413,13 @@ kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_
     made->size = sizes;
     kt_simulation_place_parts(made);
     if (model->variants) {
-        if (settings.options.transformation != NULL)
-            return kt_error_set(error, KT_ERROR_UNSUPPORTED, "formulation",
-                                "hard contacts, and loops or effects that are switched, need the formulation 'tree'");
         memset(&made->size, 0, sizeof made->size);
         measure_simulation(model, &settings, &made->size);
     }
-    made->model = settings.model;
-    made->user_model = model;
+    made->model = model;
     made->memory.set = model->set;
-    made->transformation = settings.options.transformation;
     if (made->size.contact > 0)
-        status = check_contacts(&settings, error);
+        status = check_contacts(model, &settings, error);
     if (status != KT_OK)
         return status;
     status = fill_simulation(made, &settings, error);

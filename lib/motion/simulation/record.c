@@ -105,10 +105,8 @@ static kt_status evaluate_motion(kt_simulation *simulation, kt_record *record, k
         record->kinetic = kt_kinetic_energy(model, data);
         record->potential = kt_potential_energy(model, data) + kt_effect_energy(model, data, t, q, v);
     }
-    record->data = simulation->user_data;
-    if (simulation->transformation == NULL)
-        return KT_OK;
-    return kt_kinematics_update(simulation->user_model, simulation->user_data, record->q, record->v, record->a, error);
+    record->data = data;
+    return KT_OK;
 }
 
 /* Computes the requested quantities of the state in y. The accelerations of the state are in `a` if `accelerated`. Data
@@ -121,7 +119,9 @@ static kt_status report_record(kt_simulation *simulation, bool accelerated, kt_r
     kt_simulation_use_states(simulation, q);
     if (simulation->works.watches)
         record->estimate = kt_simulation_work_estimate(simulation, t);
-    kt_simulation_export(simulation, t, q, accelerated ? simulation->a : NULL, &record->q, &record->v, &record->a);
+    record->q = q;
+    record->v = v;
+    record->a = accelerated ? simulation->a : NULL;
     if ((simulation->records.bits & KT_RECORD_CONSTRAINT) != 0) {
         status = kt_loop_residual(simulation->model, simulation->data, kt_simulation_closing_time(simulation, t), q, v,
                                   &record->constraint, error);
@@ -173,7 +173,7 @@ static kt_record empty_record(const kt_simulation *simulation, int64_t index, do
     kt_record record = {0};
     record.index = index;
     record.t = time;
-    record.model = simulation->user_model;
+    record.model = simulation->model;
     record.slow_slip = simulation->slow_slip;
     record.kinetic = record.potential = (double)NAN;
     record.estimate = (kt_work_estimate){(double)NAN, (double)NAN, (double)NAN};
@@ -281,7 +281,7 @@ kt_status kt_simulation_respond(kt_simulation *simulation, const kt_instant *at,
     simulation->multiplier = own.multiplier;
     if (status != KT_OK)
         return status;
-    kt_copy(response->a, record.a, size->user_nv * sizeof(double));
+    kt_copy(response->a, record.a, size->nv * sizeof(double));
     response->model = record.model;
     response->data = record.data;
     return KT_OK;
@@ -307,10 +307,10 @@ static kt_status respond_to_inputs(kt_simulation *simulation, const double *tau,
 }
 
 kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error) {
-    if (KT_IS_MISSING(error, simulation, a || !simulation->size.user_nv))
+    if (KT_IS_MISSING(error, simulation, a || !simulation->size.nv))
         return KT_ERROR_ARGUMENT;
     const kt_simulation_memory *memory = &simulation->memory;
-    const double *y = kt_integrator_state(simulation->integrator), *q, *v, *shown;
+    const double *y = kt_integrator_state(simulation->integrator);
     const double *tau = memory->next.torque ? simulation->torque_next : NULL;
     const kt_wrench *external = memory->next.wrenches ? simulation->wrench_next : NULL;
     double t = kt_integrator_time(simulation->integrator);
@@ -322,8 +322,7 @@ kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_er
         return respond_to_inputs(simulation, tau, external, a, error);
     if (kt_simulation_accelerate(simulation, t, y, tau, external, simulation->a, &simulation->cause) != 0)
         return kt_simulation_fail(simulation, &simulation->cause, error);
-    kt_simulation_export(simulation, t, y, simulation->a, &q, &v, &shown);
-    kt_copy(a, shown, simulation->size.user_nv * sizeof(double));
+    kt_copy(a, simulation->a, simulation->size.nv * sizeof(double));
     for (int k = 0; k < (int)simulation->size.nv && simulation->size.balanced > 0; k++)
         if (kt_massless_moves(simulation->model, k))
             a[k] = (double)NAN;

@@ -27,16 +27,6 @@ KT_CHECKED kt_status kt_simulation_between(kt_simulation *simulation, double t, 
 /* The work done at a time within a refined step, or at its end. Returns false if the work cannot be computed. */
 bool kt_simulation_works_at(kt_simulation *simulation, double t, kt_work *work);
 
-/* The next two functions serve simulations with a transformation (user_model.c). The second one may not be called
- * without a transformation.
- *
- * Converts a state near the current time, and accelerations (or NULL), to the user model's coordinates. */
-void kt_simulation_export(kt_simulation *simulation, double t, const double *y, const double *a, const double **q,
-                          const double **v, const double **exported_a);
-/* Computes the state y of the model from a closed state of the user model. */
-KT_CHECKED kt_status kt_simulation_import_state(kt_simulation *simulation, double t, const double *q, const double *v,
-                                                double *y, kt_error *error);
-
 /* Computes the reactions and multipliers of a record; leaves the kinematics of its motion in data. */
 KT_CHECKED kt_status kt_simulation_react(kt_simulation *simulation, double t, const double *y, kt_error *error);
 

@@ -30,22 +30,20 @@ void kt_simulation_count(kt_simulation *simulation) {
     /* A fixed step may be longer than the passage (kt_crossings.bend). */
     const double step = simulation->step > 0.0 ? 0.0 : integrator->t - integrator->previous_t;
     kt_iterations *most = &simulation->memory.iterations;
-    for (int i = 0; i < (simulation->user_data == simulation->data ? 1 : 2); i++) {
-        kt_data *data = i == 0 ? simulation->data : simulation->user_data;
-        const kt_iterations new = data->iterations;
-        data->iterations = (kt_iterations){0, 0, 0, 0};
-        most->position = new.position > most->position ? new.position : most->position;
-        most->velocity = new.velocity > most->velocity ? new.velocity : most->velocity;
-        most->assembly = new.assembly > most->assembly ? new.assembly : most->assembly;
-        most->capped += new.capped;
-        simulation->memory.contacts.unconverged += data->unconverged;
-        data->unconverged = 0;
-        if (data->crossings.near > 0 && simulation->groups > 0) {
-            const double drift = 0.5 * data->passage.acceleration * step * step;
-            kt_crossings crossings = kt_data_crossings(data);
-            crossings.error = fmax(crossings.error, drift);
-            add_crossings(&simulation->memory.crossings, crossings);
-        }
+    kt_data *data = simulation->data;
+    const kt_iterations new = data->iterations;
+    data->iterations = (kt_iterations){0, 0, 0, 0};
+    most->position = new.position > most->position ? new.position : most->position;
+    most->velocity = new.velocity > most->velocity ? new.velocity : most->velocity;
+    most->assembly = new.assembly > most->assembly ? new.assembly : most->assembly;
+    most->capped += new.capped;
+    simulation->memory.contacts.unconverged += data->unconverged;
+    data->unconverged = 0;
+    if (data->crossings.near > 0 && simulation->groups > 0) {
+        const double drift = 0.5 * data->passage.acceleration * step * step;
+        kt_crossings crossings = kt_data_crossings(data);
+        crossings.error = fmax(crossings.error, drift);
+        add_crossings(&simulation->memory.crossings, crossings);
     }
 }
 
@@ -174,8 +172,22 @@ kt_status kt_simulation_tick(kt_simulation *simulation, double period, kt_error 
 
 /* ---- state ------------------------------------------------------------------------------------------------------- */
 
+const kt_model *kt_simulation_model(const kt_simulation *simulation) { return simulation ? simulation->model : NULL; }
+
 double kt_simulation_time(const kt_simulation *simulation) {
     return simulation ? kt_integrator_time(simulation->integrator) : (double)NAN;
+}
+
+/* The state has memory of its own, because the integrator exchanges its arrays in every step, whereas a controller
+ * stores these pointers. */
+const double *kt_simulation_positions(const kt_simulation *simulation) { return simulation ? simulation->state : NULL; }
+
+const double *kt_simulation_velocities(const kt_simulation *simulation) {
+    return simulation ? simulation->state + simulation->size.nq : NULL;
+}
+
+const double *kt_simulation_auxiliary_states(const kt_simulation *simulation) {
+    return simulation ? simulation->state + simulation->size.nq + simulation->size.nv : NULL;
 }
 
 kt_work kt_simulation_work(const kt_simulation *simulation) {
@@ -196,23 +208,16 @@ static void forget_events(kt_simulation *simulation) {
     m->event_many = m->event_missed = m->event_cuts = m->breakpoints = 0;
 }
 
-/* Closes the loops of q and v, which lie in y or in `shown`, and moves the integrator to this state. */
-static kt_status start_closed_at(kt_simulation *simulation, double t, double *q, double *v, kt_error *error) {
+/* Closes the loops of the state in y, and moves the integrator to this state. */
+static kt_status start_closed_at(kt_simulation *simulation, double t, kt_error *error) {
     bool changed;
-    kt_status status;
     simulation->cached = KT_CACHED_NOTHING;
     simulation->memory.released = simulation->contact_released;
     kt_phase_reset(simulation);
     simulation->memory.contacts = (kt_contact_counts){.count = simulation->memory.contacts.count};
     for (size_t k = 0; k < simulation->size.contacts; k++)
         simulation->contact_state[k].counted = false;
-    if (simulation->transformation != NULL) {
-        status = kt_state_project(simulation->user_model, simulation->user_data, t, q, v, &changed, error);
-        if (status == KT_OK)
-            status = kt_simulation_import_state(simulation, t, q, v, simulation->y, error);
-    } else {
-        status = kt_simulation_project(simulation, t, simulation->y, &changed, error);
-    }
+    const kt_status status = kt_simulation_project(simulation, t, simulation->y, &changed, error);
     if (status != KT_OK)
         return status;
     kt_phase_forget(simulation);
@@ -231,18 +236,18 @@ bool kt_simulation_is_stepped(const kt_simulation *simulation) { return simulati
 
 static kt_status set_closed_state(kt_simulation *simulation, double t, const double *q, const double *v,
                                   kt_error *error) {
-    size_t nq = simulation->size.user_nq, nv = simulation->size.user_nv;
-    double *new_q = simulation->transformation ? simulation->shown : simulation->y, *new_v = new_q + nq;
+    const size_t nq = simulation->size.nq, nv = simulation->size.nv;
+    double *new_q = simulation->y, *new_v = new_q + nq;
     if (!isfinite(t))
         return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "the time is %g; give a finite number", t);
     kt_move(new_q, q, nq * sizeof(double)); /* q may be the positions of this very simulation */
-    kt_move(new_v, v ? v : simulation->user_model->zero, nv * sizeof(double));
+    kt_move(new_v, v ? v : simulation->model->zero, nv * sizeof(double));
     kt_copy(new_v + nv, simulation->model->v0 + simulation->model->n.v, simulation->size.x * sizeof(double));
     memset(simulation->y + simulation->size.work, 0, (simulation->size.n - simulation->size.work) * sizeof(double));
     const kt_input input = {.q = new_q, .v = new_v};
-    kt_status status = kt_input_check(simulation->user_model, &input, error);
+    kt_status status = kt_input_check(simulation->model, &input, error);
     if (status == KT_OK)
-        status = start_closed_at(simulation, t, new_q, new_v, error);
+        status = start_closed_at(simulation, t, error);
     if (status != KT_OK)
         return status;
     memcpy(simulation->state, new_q, simulation->size.state * sizeof(double));
@@ -256,7 +261,7 @@ static kt_status set_closed_state(kt_simulation *simulation, double t, const dou
 
 kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q, const double *v,
                                   kt_error *error) {
-    if (KT_IS_MISSING(error, simulation, q || !simulation->size.user_nq) ||
+    if (KT_IS_MISSING(error, simulation, q || !simulation->size.nq) ||
         kt_simulation_require_outermost(simulation, __func__, error) != KT_OK)
         return KT_ERROR_ARGUMENT;
     kt_simulation_begin_change(simulation);
@@ -283,22 +288,17 @@ static kt_status reject_far_angles(const kt_model *model, const double *q, kt_er
 
 static kt_status close_jump_state(kt_simulation *simulation, const double *q, const double *v, kt_error *error) {
     const double t = kt_integrator_time(simulation->integrator);
-    const size_t nq = simulation->size.user_nq, nv = simulation->size.user_nv;
-    double *to = simulation->transformation ? simulation->shown : simulation->y;
+    const size_t nq = simulation->size.nq, nv = simulation->size.nv;
+    double *to = simulation->y;
     bool changed;
-    memcpy(simulation->y, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
+    memcpy(to, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
     memmove(to, q ? q : simulation->state, nq * sizeof(double));
     memmove(to + nq, v ? v : simulation->state + nq, nv * sizeof(double));
     const kt_input input = {.q = to, .v = to + nq};
-    kt_status status = kt_input_check(simulation->user_model, &input, error);
+    kt_status status = kt_input_check(simulation->model, &input, error);
     if (status == KT_OK)
-        status = reject_far_angles(simulation->user_model, to, error);
-    if (status != KT_OK)
-        return status;
-    if (simulation->transformation == NULL)
-        return kt_simulation_project(simulation, t, simulation->y, &changed, error);
-    status = kt_state_project(simulation->user_model, simulation->user_data, t, to, to + nq, &changed, error);
-    return status == KT_OK ? kt_simulation_import_state(simulation, t, to, to + nq, simulation->y, error) : status;
+        status = reject_far_angles(simulation->model, to, error);
+    return status == KT_OK ? kt_simulation_project(simulation, t, to, &changed, error) : status;
 }
 
 /* The values that change at an instant; NULL: no change. */
@@ -355,8 +355,7 @@ static kt_status move_to_change(kt_simulation *simulation, const instant_change 
         return status;
     kt_simulation_add_jump(simulation, after.kinetic + after.potential - (before->kinetic + before->potential), 0.0,
                            false);
-    status = kt_simulation_land(simulation, simulation->transformation ? simulation->shown : simulation->y, before,
-                                &after, error);
+    status = kt_simulation_land(simulation, before, &after, error);
     return status == KT_OK ? kt_phase_settle(simulation, error) : status;
 }
 
@@ -404,11 +403,6 @@ kt_status kt_simulation_set_auxiliary_states(kt_simulation *simulation, const do
 
 /* Checks that parameters of a model may change while the simulation runs. */
 static kt_status check_changed_model(const kt_simulation *simulation, const kt_model *copy, kt_error *error) {
-    if (simulation->transformation != NULL)
-        return kt_error_set(
-            error, KT_ERROR_UNSUPPORTED, "parameters",
-            "the simulation integrates another formulation, whose model follows from the description; use the "
-            "formulation 'tree'");
     const bool related = copy->variants != NULL && copy->variants == simulation->model->variants;
     if (copy != simulation->model && !related)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_set_parameter",

@@ -80,7 +80,7 @@ kt_status kt_simulation_set_switches(kt_simulation *simulation, uint64_t set, do
     const kt_model *from = simulation->model;
     set &= ~simulation->contact_mask; /* contacts close and open on their own */
     set |= simulation->memory.released & simulation->contact_friction;
-    const kt_model *to = simulation->transformation == NULL ? model_of_set(simulation, set) : NULL;
+    const kt_model *to = model_of_set(simulation, set);
     kt_simulation_energy before, after = {0.0, 0.0};
     if (to == NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "kt_simulation_set_switches",
@@ -93,7 +93,7 @@ kt_status kt_simulation_set_switches(kt_simulation *simulation, uint64_t set, do
     kt_simulation_take_model(simulation, to);
     status = close_switched_state(simulation, &before, &after, error);
     if (status == KT_OK)
-        status = kt_simulation_land(simulation, simulation->y, &before, &after, error);
+        status = kt_simulation_land(simulation, &before, &after, error);
     if (status != KT_OK) {
         kt_simulation_take_model(simulation, from);
         return status;

@@ -312,13 +312,11 @@ static kt_status reject_near(kt_simulation *s, double t, const double *q, const 
 /* Computes M, C, K and the matrices of auxiliary states, if any velocity is free, or if the model has auxiliary
  * states. */
 static kt_status differentiate_motion(kt_simulation *s, double t, const double *y, const double *a, kt_error *error) {
-    kt_dynamic_state at = {t, y, y + s->size.nq, s->tau, s->external};
+    const kt_dynamic_state at = {t, y, y + s->size.nq, s->tau, s->external};
     kt_status status = KT_OK;
     if (s->size.free + s->size.states == 0)
         return KT_OK;
     kt_simulation_use_states(s, y);
-    if (s->transformation != NULL && (at.tau != NULL || at.external != NULL))
-        kt_simulation_inputs(s, y, &at.tau, &at.external);
     s->cached = KT_CACHED_NOTHING;
     s->memory.factorizations += (uint64_t)s->groups;
     if (s->size.all_directions)
@@ -544,14 +542,12 @@ static bool autonomous(void *user) {
 static int time_derivative(double t, const double *y, const double *dydt, double *slope, void *user) {
     kt_simulation *s = user;
     const kt_model *model = s->model;
-    kt_dynamic_state at = {t, y, y + s->size.nq, s->tau, s->external};
+    const kt_dynamic_state at = {t, y, y + s->size.nq, s->tau, s->external};
     kt_error error;
     if (model->driven)
         return 1;
     if (kt_model_is_differenced(model))
         return 1;
-    if (s->transformation != NULL && (at.tau != NULL || at.external != NULL))
-        kt_simulation_inputs(s, y, &at.tau, &at.external);
     s->cached = KT_CACHED_NOTHING;
     s->memory.factorizations += (uint64_t)s->groups;
     kt_simulation_use_states(s, y);

@@ -58,10 +58,6 @@ bool kt_simulation_is_recoverable(kt_status status);
 /* Points tau and external at the inputs of the last step. */
 void kt_simulation_inputs_use(kt_simulation *simulation);
 
-/* With a transformation: converts forces on the user model, which has some, to wrenches on the bodies of the model at
- * its positions q. */
-void kt_simulation_inputs(kt_simulation *simulation, const double *q, const double **tau, const kt_wrench **external);
-
 /* Updates masses that vary to the time t, for queries of the simulation's data. */
 static inline kt_status kt_simulation_date_masses(const kt_simulation *simulation, double t, kt_error *error) {
     if (simulation->model->n.varying > 0)
@@ -94,12 +90,11 @@ KT_CHECKED kt_status kt_simulation_find_loss(kt_simulation *simulation, const do
  * `driven`, `lost` is dissipated, and moving constraints supply the rest. Otherwise a gain counts as supplied, and a
  * loss as dissipated.
  *
- * kt_simulation_land makes y the state, and forgets the results of the motion before the jump. The user model's state
- * becomes `to`. */
+ * kt_simulation_land makes y the state, and forgets the results of the motion before the jump. */
 KT_CHECKED kt_status kt_simulation_begin_jump(kt_simulation *simulation, bool needed, kt_simulation_energy *before,
                                               kt_error *error);
 void kt_simulation_add_jump(kt_simulation *simulation, double gain, double lost, bool driven);
-KT_CHECKED kt_status kt_simulation_land(kt_simulation *simulation, const double *to, const kt_simulation_energy *before,
+KT_CHECKED kt_status kt_simulation_land(kt_simulation *simulation, const kt_simulation_energy *before,
                                         const kt_simulation_energy *after, kt_error *error);
 /* Whether the energies at a jump are needed: for a balance, or for an estimate of the work done. */
 static inline bool kt_simulation_accounts(const kt_simulation *simulation) {

@@ -4,7 +4,6 @@
 #ifndef KT_STEP_SIMULATION_MEMORY_H
 #define KT_STEP_SIMULATION_MEMORY_H
 
-#include "kinetree/equations.h"
 #include "kinetree/integrator.h"
 #include "kinetree/simulation.h"
 #include "kinetree/stability.h"

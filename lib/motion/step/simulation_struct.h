@@ -37,11 +37,11 @@ struct kt_newton_matrices;
  * arrays follow `memory`, the last member of the struct, without other data in between. Checkpoints and undone changes
  * copy this block as a whole. */
 #define KT_SIMULATION_STATE(X)                                                                                         \
-    X(double, torque, size->user_nv, "held during the last step")                                                      \
-    X(double, torque_next, size->user_nv, "to be held from the next step on")                                          \
+    X(double, torque, size->nv, "held during the last step")                                                           \
+    X(double, torque_next, size->nv, "to be held from the next step on")                                               \
     X(kt_wrench, wrench, size->body, "held during the last step")                                                      \
     X(kt_wrench, wrench_next, size->body, "to be held from the next step on")                                          \
-    X(double, state, size->state, "q, v and x of the user model at the current time")                                  \
+    X(double, state, size->state, "q, v and x at the current time, at an address that does not change")                \
     X(double, ranks, size->ranks / sizeof(double), "of the present model, if that is a mask; else zeros")              \
     X(kt_contact_memory, contact_state, size->contacts, "of hard contacts")                                            \
     X(kt_event_memory, event_memory, size->event, "of events")                                                         \
@@ -56,10 +56,6 @@ struct kt_newton_matrices;
     X(kt_wrench, reaction, size->reaction, "of a record, in joints")                                                   \
     X(kt_wrench, loop_reaction, size->loop_reaction, "of a record, in loops")                                          \
     X(double, multiplier, size->multiplier, "of a record, of all equations")                                           \
-    X(double, shown, size->shown, "transformed: q, v and a of the user model, of a record")                            \
-    X(kt_wrench, body_wrench, size->body_wrench, "transformed: on the bodies of the model")                            \
-    X(kt_wrench, free_reaction, size->free_reaction, "transformed: of a record, in all loops of the model")            \
-    X(char, user_memory, size->user_data, "transformed: the user model's data")                                        \
     X(int, quaternion, size->quaternion, "where in q each quaternion begins")                                          \
     KT_SIMULATION_STATICS(X)                                                                                           \
     KT_SIMULATION_CONTACTS(X)                                                                                          \
@@ -73,8 +69,7 @@ struct kt_simulation_sizes {
     size_t work; /* index in y of the work done, dissipated and supplied: nq + nv + x, or 1 if that is 0 */
     size_t n;    /* equations of the integrator: work, or work + 2 if a balance is computed: */
     bool integrates_works;
-    size_t history; /* numbers of the integrator that are part of a checkpoint */
-    size_t user_nq, user_nv;
+    size_t history;           /* numbers of the integrator that are part of a checkpoint */
     size_t gap;               /* effects that act on one side of a boundary */
     size_t event;             /* the most events, including hard contacts */
     size_t contact, contacts; /* bytes of hard contacts, 0 without; their number */
@@ -91,18 +86,15 @@ struct kt_simulation_sizes {
     bool all_directions; /* implicit method: its Jacobian is exact across the loops, too */
     bool exact;          /* likewise, also without loops */
     size_t rate;         /* 0 without a right-hand side of the caller's */
-    size_t state;        /* user_nq + user_nv + x */
-    size_t shown, body_wrench, free_reaction, user_data; /* 0 without a transformation */
+    size_t state;        /* nq + nv + x */
 };
 
 struct kt_simulation {
     /* A simulation is a model, data, an integrator, a state (below), and parts. */
     void *owned; /* memory of kt_simulation_create, or NULL */
     kt_simulation_sizes size;
-    const kt_model *model;      /* the model that is integrated: the user model, or that of the transformation */
-    const kt_model *user_model; /* in whose coordinates inputs and outputs are expressed */
-    const kt_transformation *transformation; /* from one to the other, or NULL */
-    kt_data *data, *user_data;               /* scratch; identical if the models are identical */
+    const kt_model *model;
+    kt_data *data; /* scratch */
     kt_integrator *integrator;
     const kt_part *const *parts; /* all parts, in their order; */
     size_t part_count;           /* their number */

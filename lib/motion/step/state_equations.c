@@ -39,13 +39,6 @@ void kt_simulation_inputs_use(kt_simulation *simulation) {
     simulation->external = simulation->memory.now.wrenches ? simulation->wrench : NULL;
 }
 
-void kt_simulation_inputs(kt_simulation *simulation, const double *q, const double **tau, const kt_wrench **external) {
-    const kt_transformation *by = simulation->transformation;
-    by->wrenches(by, q, *tau, *external, simulation->body_wrench);
-    *tau = NULL;
-    *external = simulation->body_wrench;
-}
-
 /* ---- the caller's equations -------------------------------------------------------------------------------------- */
 
 static kt_instant evaluated_instant_of(const kt_simulation *simulation, const kt_dynamic_state *at) {
@@ -75,8 +68,6 @@ static int accelerate_state(kt_simulation *simulation, const kt_dynamic_state *g
     const kt_model *model = simulation->model;
     kt_dynamic_state at = *given;
     *rate = at.v;
-    if (simulation->transformation != NULL && (at.tau != NULL || at.external != NULL))
-        kt_simulation_inputs(simulation, at.q, &at.tau, &at.external);
     if (simulation->options.acceleration == NULL || power != NULL) {
         const kt_status status = power != NULL ? kt_power_evaluate(model, simulation->data, at.t, at.q, at.v, at.tau,
                                                                    at.external, a, power, error)
@@ -319,17 +310,9 @@ kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation) {
     return (kt_integrator_callbacks){evaluate_slope, projects ? project_state : NULL, simulation};
 }
 
-/* Updates the user model's state after a step. */
+/* Copies the state after a step to the array whose address does not change. */
 static void finish_state(kt_simulation *simulation) {
-    const kt_transformation *by = simulation->transformation;
-    const double *y = simulation->integrator->y;
-    if (by == NULL) {
-        memcpy(simulation->state, y, simulation->size.state * sizeof *y);
-        return;
-    }
-    const double ago = kt_integrator_time(simulation->integrator) - kt_integrator_previous_time(simulation->integrator);
-    double *q = simulation->state, *v = q + simulation->size.user_nq;
-    by->from_free(by, y, y + simulation->size.nq, NULL, ago, q, v, NULL);
+    memcpy(simulation->state, simulation->integrator->y, simulation->size.state * sizeof(double));
 }
 
 const kt_part kt_state_part = {.finish = finish_state};

@@ -14,7 +14,7 @@ void kt_simulation_take_model(kt_simulation *simulation, const kt_model *model) 
     kt_simulation_sizes *size = &simulation->size;
     kt_integrator *integrator = simulation->integrator;
     kt_data_rebind(model, simulation->data);
-    simulation->model = simulation->user_model = model;
+    simulation->model = model;
     size->gap = kt_gap_list(model, NULL);
     if ((simulation->records.bits & KT_RECORD_REACTIONS) != 0)
         size->multiplier = (size_t)kt_model_mobility(model).equations;

@@ -48,14 +48,12 @@ kt_status kt_native_use(kt_native *native, const kt_model *model, kt_simulation_
                             "the file was generated for the structure 0x%016llx, and the model has 0x%016llx; generate "
                             "it again from this model",
                             (unsigned long long)native->structure, (unsigned long long)structure);
-    const char *taken = options->transformation != NULL ? "transformation"
-                        : options->acceleration != NULL ? "acceleration"
+    const char *taken = options->acceleration != NULL ? "acceleration"
                         : options->projection != NULL || options->breakpoint != NULL || options->user != NULL ? "user"
                                                                                                               : NULL;
     if (taken != NULL)
         return kt_error_set(error, KT_ERROR_ARGUMENT, taken,
-                            "a generated file takes the place of functions of the caller, in tree coordinates; leave "
-                            "the option out");
+                            "a generated file takes the place of functions of the caller; leave the option out");
     native->model = model;
     native->computed = native->left = 0;
     native->refused = 0;

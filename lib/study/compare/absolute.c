@@ -1,4 +1,4 @@
-/* Compiles the absolute formulation (absolute.h), by a transformation of the description.
+/* Compiles the absolute formulation (absolute.h), from a transformed description.
  *
  * Each body gets a free joint on the world, with the pose and the twist of the tree's initial state. Its joint becomes
  * a loop of the same kind, from the joint frame on the parent to the body frame. A screw's loop measures its angle from
@@ -360,6 +360,27 @@ static kt_status loosen_all(const kt_description *description, const kt_model_op
     return status;
 }
 
+/* If assembly moves the tree's initial state, makes the assembled state the model's initial state: free bodies would be
+ * assembled otherwise. A tree that cannot be assembled is reported when it is simulated. */
+static kt_status start_assembled(kt_absolute *made, kt_error *error) {
+    const kt_model *tree = made->tree;
+    const size_t nq = tree->n.q, nv = tree->n.v;
+    kt_data *data = NULL;
+    double *given = kt_arena_allocate(2 * (nq + nv) * sizeof *given + 1, "the start of free bodies", error);
+    kt_status status = given != NULL ? kt_data_create(tree, &data, error) : KT_ERROR_MEMORY;
+    if (status == KT_OK) {
+        double *q = given + nq + nv, *v = q + nq;
+        kt_model_initial(tree, given, given + nq);
+        kt_model_initial(tree, q, v);
+        if (kt_state_assemble(tree, data, 0.0, q, v, NULL) == KT_OK && memcmp(q, given, (nq + nv) * sizeof *q) != 0 &&
+            kt_kinematics_update(tree, data, q, v, NULL, NULL) == KT_OK)
+            kt_absolute_from_tree(made, data, q, v, made->model->q0, made->model->v0);
+    }
+    kt_data_free(data);
+    kt_aligned_release(given);
+    return status;
+}
+
 kt_status kt_absolute_create(const kt_description *description, const kt_model_options *options, const kt_model *model,
                              kt_absolute **absolute, kt_error *error) {
     if (KT_IS_MISSING(error, description, model, absolute))
@@ -391,7 +412,11 @@ kt_status kt_absolute_create(const kt_description *description, const kt_model_o
         kt_aligned_release(made);
         return status;
     }
-    made->transformation = kt_absolute_transformation(made->model);
+    status = start_assembled(made, error);
+    if (status != KT_OK) {
+        kt_absolute_free(made);
+        return status;
+    }
     memset(made->model->given, 0, made->model->n.v); /* it is about joints: assembly moves free bodies alike */
     for (size_t b = 1; b < model->n.body; b++)
         made->model->body[made->joint[b].body].fixed = model->body[b].fixed;
@@ -407,9 +432,3 @@ void kt_absolute_free(kt_absolute *absolute) {
 }
 
 const kt_model *kt_absolute_model(const kt_absolute *absolute) { return absolute ? absolute->model : NULL; }
-
-void kt_absolute_use(const kt_absolute *absolute, kt_simulation_options *options) {
-    if (!options)
-        return;
-    options->transformation = absolute ? &absolute->transformation : NULL;
-}

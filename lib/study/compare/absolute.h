@@ -13,7 +13,6 @@
 #ifndef KT_STUDY_ABSOLUTE_H
 #define KT_STUDY_ABSOLUTE_H
 
-#include "kinetree/equations.h"
 #include "kinetree/study.h"
 #include "model/model.h"
 
@@ -29,7 +28,6 @@ typedef struct kt_absolute_joint {
 } kt_absolute_joint;
 
 struct kt_absolute {
-    kt_transformation transformation; /* first member: functions of absolute_state.c find the rest by it */
     const kt_model *tree;
     kt_model *model;
     kt_absolute_joint joint[]; /* one for each body of the tree; that of the world is not used */
@@ -43,8 +41,5 @@ void kt_free_coordinates(kt_pose pose, kt_twist twist, double *q, double *v);
  * first axis, and the parent's pose and twist in the world. Frame of twists: world axes, of the frame's origin. */
 void kt_cross_motion(const kt_absolute_joint *joint, kt_pose parent, kt_twist parent_twist, const double *q,
                      const double *v, kt_pose *pose, kt_twist *twist);
-
-/* The functions of the transformation, for a model that is `model` (absolute_state.c). */
-kt_transformation kt_absolute_transformation(const kt_model *model);
 
 #endif

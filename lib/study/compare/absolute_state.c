@@ -1,5 +1,4 @@
-/* The absolute formulation's transformation: between the coordinates, forces and reactions of a tree and of its free
- * bodies.
+/* Converts between the coordinates, forces and reactions of a tree and of its free bodies.
  *
  * The relative motion of a joint between bodies p and c, whose frame J is fixed to p, is in the axes of J
  *     x = R_J' (x_c - x_J),                          R = R_J' R_c
@@ -76,12 +75,10 @@ static void write_free(const kt_model *absolute, int body, kt_pose pose, kt_twis
     kt_free_coordinates(pose, twist, q + at.q, v + at.v);
 }
 
-/* The formulation that a transformation is the first member of. */
-static const kt_absolute *formulation_of(const kt_transformation *self) { return (const kt_absolute *)self; }
-
-static void to_free(const kt_transformation *self, const kt_data *data, const double *q, const double *v,
-                    double *free_q, double *free_v) {
-    const kt_absolute *of = formulation_of(self);
+void kt_absolute_from_tree(const kt_absolute *of, const kt_data *data, const double *q, const double *v, double *free_q,
+                           double *free_v) {
+    if (of == NULL || !kt_data_serve(of->tree, data) || q == NULL || v == NULL || free_q == NULL || free_v == NULL)
+        return;
     const kt_model *tree = of->tree, *absolute = of->model;
     for (int b = 1; b < kt_model_body_count(tree); b++) {
         const kt_absolute_joint *j = &of->joint[b];
@@ -141,9 +138,10 @@ static void measure_absolute_state(const kt_absolute_joint *j, kt_coordinates at
         memcpy(a + at.v, second, (size_t)at.nv * sizeof *a);
 }
 
-static void from_free(const kt_transformation *self, const double *free_q, const double *free_v, const double *free_a,
-                      double ago, double *q, double *v, double *a) {
-    const kt_absolute *of = formulation_of(self);
+void kt_absolute_to_tree(const kt_absolute *of, const double *free_q, const double *free_v, const double *free_a,
+                         double ago, double *q, double *v, double *a) {
+    if (of == NULL || free_q == NULL || free_v == NULL || q == NULL || v == NULL || (free_a == NULL) != (a == NULL))
+        return;
     const kt_model *tree = of->tree, *absolute = of->model;
     for (int b = 1; b < kt_model_body_count(tree); b++) {
         const kt_absolute_joint *j = &of->joint[b];
@@ -183,9 +181,10 @@ static void add_at(const kt_model *absolute, int body, kt_vec3 point, kt_wrench 
     wrenches[body].force = kt_vec3_add(wrenches[body].force, w.force);
 }
 
-static void convert_wrenches(const kt_transformation *self, const double *free_q, const double *tau,
-                             const kt_wrench *external, kt_wrench *wrenches) {
-    const kt_absolute *of = formulation_of(self);
+void kt_absolute_wrenches(const kt_absolute *of, const double *free_q, const double *tau, const kt_wrench *external,
+                          kt_wrench *wrenches) {
+    if (of == NULL || free_q == NULL || wrenches == NULL)
+        return;
     const kt_model *tree = of->tree, *absolute = of->model;
     memset(wrenches, 0, (size_t)kt_model_body_count(absolute) * sizeof *wrenches);
     for (int b = 1; b < kt_model_body_count(tree) && external; b++)
@@ -209,9 +208,10 @@ static void add_wrench(kt_wrench *sum, kt_wrench w, kt_vec3 moved) {
 }
 
 /* The tree's loops come first among those of the absolute formulation. */
-static void convert_reactions(const kt_transformation *self, const double *free_q, const double *tau,
-                              const kt_wrench *from, kt_wrench *joints, kt_wrench *loops) {
-    const kt_absolute *of = formulation_of(self);
+void kt_absolute_reactions(const kt_absolute *of, const double *free_q, const double *tau, const kt_wrench *from,
+                           kt_wrench *joints, kt_wrench *loops) {
+    if (of == NULL || free_q == NULL || from == NULL || joints == NULL || (loops == NULL && of->tree->n.loop > 0))
+        return;
     const kt_model *tree = of->tree, *absolute = of->model;
     const kt_vec3 none = {0.0, 0.0, 0.0};
     memset(joints, 0, (size_t)kt_model_body_count(tree) * sizeof *joints);
@@ -231,8 +231,4 @@ static void convert_reactions(const kt_transformation *self, const double *free_
             kt_vec3_sub(absolute_pose_of(absolute, j->body, free_q).position, joint_point(absolute, j, free_q));
         add_wrench(&joints[b], applied, kt_vec3_cross(arm, applied.force));
     }
-}
-
-kt_transformation kt_absolute_transformation(const kt_model *model) {
-    return (kt_transformation){model, to_free, from_free, convert_wrenches, convert_reactions};
 }

@@ -190,9 +190,10 @@ static kt_status run_curve(kt_accuracy *study, int index, int methods, int to_co
         return status;
     /* The time left is shared equally by the remaining curves; one curve may use twice its share. */
     status = kt_accuracy_climb(study, curve, now + fmin(left, 2.0 * left / to_come), error);
-    if (status != KT_ERROR_UNSUPPORTED || !kt_accuracy_has_contacts(study->model))
+    const bool lacks_events = study->absolutes[curve->variant] != NULL && study->options.events != NULL;
+    if (status != KT_ERROR_UNSUPPORTED || !(lacks_events || kt_accuracy_has_contacts(study->model)))
         return status;
-    curve->count = 0; /* hard contacts exclude some methods */
+    curve->count = 0; /* hard contacts exclude some methods, and absolute coordinates events */
     curve->end = KT_ACCURACY_UNSUPPORTED;
     return KT_OK;
 }

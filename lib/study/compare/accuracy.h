@@ -121,27 +121,32 @@ kt_accuracy_guard kt_accuracy_guard_make(kt_accuracy *study, double part, double
  * outlive the simulation. */
 void kt_accuracy_guard_use(kt_accuracy_guard *guard, kt_simulation_options *options);
 
+/* Whether a model has hard contacts, stops, slack ropes or sticking friction. */
+bool kt_accuracy_has_contacts(const kt_model *model);
+
 /* ---- events ------------------------------------------------------------------------------------------------------ */
 
 /* A simulation of a study, with the events of the scene. */
 typedef struct kt_accuracy_play {
     kt_accuracy *study;
-    kt_simulation *simulation; /* NULL: not open */
-    void *watch;               /* memory of the events; NULL: none */
+    kt_simulation *simulation;  /* NULL: not open */
+    kt_absolute_motion *motion; /* its owner in the absolute formulation; else NULL */
+    void *watch;                /* memory of the events; NULL: none */
 } kt_accuracy_play;
 
-/* Creates a simulation with the events; kt_accuracy_close releases it. After an error, nothing has to be released. */
-KT_CHECKED kt_status kt_accuracy_open(kt_accuracy *study, const kt_model *model, const kt_run *run,
-                                      const kt_simulation_options *options, kt_accuracy_play *play, kt_error *error);
+/* Creates a simulation with the events; kt_accuracy_close releases it. After an error, nothing has to be released.
+ * absolute: NULL for the coordinates of the tree. */
+KT_CHECKED kt_status kt_accuracy_open(kt_accuracy *study, const kt_model *model, const kt_absolute *absolute,
+                                      const kt_run *run, const kt_simulation_options *options, kt_accuracy_play *play,
+                                      kt_error *error);
+/* Runs it from its present state (kt_simulation_run). */
+KT_CHECKED kt_status kt_accuracy_play_run(kt_accuracy_play *play, kt_recorder *record, void *user, kt_error *error);
 /* Releases a simulation. Parameters that events have set return to their initial values first, for the next simulation
  * of the model. */
 KT_CHECKED kt_status kt_accuracy_close(kt_accuracy_play *play, kt_error *error);
 
 /* Returns to the start, in the state q (nq) and v (nv). */
 KT_CHECKED kt_status kt_accuracy_restart(kt_accuracy_play *play, const double *q, const double *v, kt_error *error);
-
-/* Whether a model has hard contacts, stops, slack ropes or sticking friction. */
-bool kt_accuracy_has_contacts(const kt_model *model);
 
 /* Begins a log, before the first step. */
 void kt_instants_start(kt_instant_log *log, const kt_simulation *simulation);

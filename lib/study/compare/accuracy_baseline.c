@@ -3,7 +3,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/arena.h"
 #include "base/require.h"
-#include "compare/absolute.h"
 #include "compare/accuracy.h"
 
 #include <math.h>
@@ -45,7 +44,7 @@ static kt_status spread_reference(const kt_accuracy *study, kt_baseline_work *w,
     }
     const kt_status status = kt_kinematics_update(study->model, w->data, from.q, from.v, NULL, error);
     if (status == KT_OK)
-        w->absolute->transformation.to_free(&w->absolute->transformation, w->data, from.q, from.v, w->q, w->v);
+        kt_absolute_from_tree(w->absolute, w->data, from.q, from.v, w->q, w->v);
     return status;
 }
 
@@ -61,8 +60,7 @@ static kt_status note_errors(kt_accuracy *study, kt_baseline_work *w, int record
     if (status != KT_OK)
         return status;
     if (w->absolute != NULL) {
-        w->absolute->transformation.from_free(&w->absolute->transformation, at.q, at.v, NULL, study->results.interval,
-                                              w->own_q, w->own_v, NULL);
+        kt_absolute_to_tree(w->absolute, at.q, at.v, NULL, study->results.interval, w->own_q, w->own_v, NULL);
         at = (kt_accuracy_state){w->own_q, w->own_v};
     }
     const kt_accuracy_state reference = kt_accuracy_row(study, &study->reference, record);

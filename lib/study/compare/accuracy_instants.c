@@ -15,8 +15,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "compare/accuracy.h"
 
-#include "kinetree/loop.h"
-
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -28,20 +26,26 @@ static const double window_part = 0.1; /* of the interval between records */
 static const kt_accuracy_events *events_of(const kt_accuracy *study) { return study->options.events; }
 
 static void release_play(kt_accuracy_play *play) {
-    kt_simulation_free(play->simulation);
+    if (play->motion == NULL)
+        kt_simulation_free(play->simulation);
+    kt_absolute_motion_free(play->motion);
     if (play->watch != NULL)
         events_of(play->study)->release(play->watch);
     play->simulation = NULL;
+    play->motion = NULL;
     play->watch = NULL;
 }
 
-kt_status kt_accuracy_open(kt_accuracy *study, const kt_model *model, const kt_run *run,
+kt_status kt_accuracy_open(kt_accuracy *study, const kt_model *model, const kt_absolute *absolute, const kt_run *run,
                            const kt_simulation_options *options, kt_accuracy_play *play, kt_error *error) {
     const kt_accuracy_events *events = events_of(study);
     kt_simulation_options own = *options;
     own.events = events != NULL ? events->count : 0;
     *play = (kt_accuracy_play){.study = study};
-    kt_status status = kt_simulation_create(model, run, &own, &play->simulation, error);
+    kt_status status = absolute != NULL ? kt_absolute_motion_create(absolute, run, &own, &play->motion, error)
+                                        : kt_simulation_create(model, run, &own, &play->simulation, error);
+    if (play->motion != NULL)
+        play->simulation = kt_absolute_motion_simulation(play->motion);
     if (status == KT_OK && events != NULL)
         status = events->add(play->simulation, model, &play->watch, events->user, error);
     if (status != KT_OK) {
@@ -56,9 +60,15 @@ kt_status kt_accuracy_open(kt_accuracy *study, const kt_model *model, const kt_r
     return KT_OK;
 }
 
+kt_status kt_accuracy_play_run(kt_accuracy_play *play, kt_recorder *record, void *user, kt_error *error) {
+    return play->motion != NULL ? kt_absolute_motion_run(play->motion, record, user, error)
+                                : kt_simulation_run(play->simulation, record, user, error);
+}
+
 kt_status kt_accuracy_restart(kt_accuracy_play *play, const double *q, const double *v, kt_error *error) {
     const kt_accuracy_events *events = events_of(play->study);
-    const kt_status status = kt_simulation_set_state(play->simulation, 0.0, q, v, error);
+    const kt_status status = play->motion != NULL ? kt_absolute_motion_set_state(play->motion, 0.0, q, v, error)
+                                                  : kt_simulation_set_state(play->simulation, 0.0, q, v, error);
     if (status != KT_OK || events == NULL || events->restart == NULL)
         return status;
     return events->restart(play->watch, play->simulation, error);
@@ -71,13 +81,6 @@ kt_status kt_accuracy_close(kt_accuracy_play *play, kt_error *error) {
         status = kt_accuracy_restart(play, study->begin, study->begin + study->nq, error);
     release_play(play);
     return status;
-}
-
-bool kt_accuracy_has_contacts(const kt_model *model) {
-    for (int i = 0; i < kt_loop_count(model); i++)
-        if (kt_loop_side(model, i) != KT_SIDE_NONE || kt_loop_is_stick(model, i))
-            return true;
-    return false;
 }
 
 /* ---- the instants of a run --------------------------------------------------------------------------------------- */

@@ -9,6 +9,7 @@
 
 #include "kinetree/descriptor.h"
 #include "kinetree/joint.h"
+#include "kinetree/loop.h"
 
 #include <math.h>
 
@@ -72,4 +73,11 @@ kt_accuracy_unit kt_accuracy_find_unit(const kt_model *model) {
         }
     }
     return angles && lengths ? KT_ACCURACY_MIXED : lengths ? KT_ACCURACY_METRE : KT_ACCURACY_RADIAN;
+}
+
+bool kt_accuracy_has_contacts(const kt_model *model) {
+    for (int i = 0; i < kt_loop_count(model); i++)
+        if (kt_loop_side(model, i) != KT_SIDE_NONE || kt_loop_is_stick(model, i))
+            return true;
+    return false;
 }

@@ -1,5 +1,5 @@
 /* The error of a run that another program made. Such a program reports the poses of bodies in the world. These are the
- * coordinates of the absolute formulation, whose transformation yields the joints' coordinates. */
+ * coordinates of the absolute formulation, from which the joints' coordinates follow. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/aligned.h"
 #include "base/require.h"
@@ -48,7 +48,6 @@ static kt_status open_reader(const kt_accuracy *study, kt_pose_reader *reader, k
  * Returns whether all poses are finite and have a rotation. */
 static bool read_pose_row(const kt_accuracy *study, kt_pose_reader *reader, const double *poses) {
     const kt_model *model = kt_absolute_model(reader->absolute);
-    const kt_transformation *by = &reader->absolute->transformation;
     for (int b = 1; b < kt_model_body_count(study->model); b++, poses += POSE) {
         double *to = reader->free_q + kt_body_coordinates(model, reader->absolute->joint[b].body).q;
         double square = 0.0;
@@ -60,7 +59,7 @@ static bool read_pose_row(const kt_accuracy *study, kt_pose_reader *reader, cons
         for (int k = 3; k < POSE; k++)
             to[k] /= sqrt(square);
     }
-    by->from_free(by, reader->free_q, reader->free_v, NULL, 0.0, reader->q, reader->v, NULL);
+    kt_absolute_to_tree(reader->absolute, reader->free_q, reader->free_v, NULL, 0.0, reader->q, reader->v, NULL);
     return true;
 }
 

@@ -104,7 +104,7 @@ static kt_status make_simulation(kt_walk *walk, const char *name, double toleran
     if (walk->into != NULL)
         kt_accuracy_record_quantity(study, &options);
     kt_accuracy_guard_use(&walk->guard, &options);
-    return kt_accuracy_open(study, study->model, &run, &options, play, error);
+    return kt_accuracy_open(study, study->model, NULL, &run, &options, play, error);
 }
 
 /* A run that an event has ended stays in its last state. */

@@ -120,7 +120,7 @@ static kt_status run_once(kt_accuracy *study, kt_accuracy_play *play, bool recor
     const double end = results->cut == KT_ACCURACY_STOPPED ? results->asked : results->duration;
     kt_status status = kt_accuracy_restart(play, study->begin, study->begin + study->nq, NULL);
     if (status == KT_OK)
-        status = records ? kt_simulation_run(play->simulation, pass_over_record, NULL, NULL)
+        status = records ? kt_accuracy_play_run(play, pass_over_record, NULL, NULL)
                          : kt_simulation_advance(play->simulation, end, NULL);
     return status;
 }
@@ -174,8 +174,9 @@ void kt_accuracy_judge(const kt_accuracy *study, kt_accuracy_point *point) {
 }
 
 /* The timed run. The timed run records nothing, unless the variant times the records that the scene requests. */
-static kt_status time_it(kt_accuracy *study, const kt_model *model, const kt_variant *variant, kt_run run,
-                         kt_simulation_options options, kt_accuracy_point *point, kt_error *error) {
+static kt_status time_it(kt_accuracy *study, const kt_model *model, const kt_absolute *absolute,
+                         const kt_variant *variant, kt_run run, kt_simulation_options options, kt_accuracy_point *point,
+                         kt_error *error) {
     kt_accuracy_play play;
     options.record = 0U;
     if (variant->records) {
@@ -184,7 +185,7 @@ static kt_status time_it(kt_accuracy *study, const kt_model *model, const kt_var
         run.markers = study->run.markers;
         run.marker_count = study->run.marker_count;
     }
-    kt_status status = kt_accuracy_open(study, model, &run, &options, &play, error);
+    kt_status status = kt_accuracy_open(study, model, absolute, &run, &options, &play, error);
     if (status != KT_OK)
         return status;
     if (measure_time(study, &play, variant, point) != KT_OK) { /* cannot fail: the same run has succeeded */
@@ -202,8 +203,9 @@ static void reject_early_end(const kt_watcher *watcher, kt_accuracy_point *point
             point->error.position = point->error.velocity = point->error.quantity = HUGE_VAL;
 }
 
-static kt_status try_with(kt_accuracy *study, const kt_model *model, const kt_variant *variant, const kt_run *run,
-                          const kt_simulation_options *options, kt_accuracy_point *point, kt_error *error) {
+static kt_status try_with(kt_accuracy *study, const kt_model *model, const kt_absolute *absolute,
+                          const kt_variant *variant, const kt_run *run, const kt_simulation_options *options,
+                          kt_accuracy_point *point, kt_error *error) {
     kt_simulation_options recorded = *options;
     kt_accuracy_play play;
     kt_watcher watcher = {study, &point->error, 0};
@@ -213,11 +215,11 @@ static kt_status try_with(kt_accuracy *study, const kt_model *model, const kt_va
     guard.most = (uint64_t)fmin(4.0 * kt_accuracy_most(study), (double)guard.most) + 1;
     guard.log = &study->run_log;
     kt_accuracy_guard_use(&guard, &recorded);
-    kt_status status = kt_accuracy_open(study, model, run, &recorded, &play, error);
+    kt_status status = kt_accuracy_open(study, model, absolute, run, &recorded, &play, error);
     if (status != KT_OK)
         return status;
     kt_instants_start(guard.log, play.simulation);
-    point->status = kt_simulation_run(play.simulation, watch_errors, &watcher, NULL);
+    point->status = kt_accuracy_play_run(&play, watch_errors, &watcher, NULL);
     kt_instants_watch(guard.log, play.simulation);
     point->counts = kt_simulation_counts_of(play.simulation);
     point->late = guard.late;
@@ -225,7 +227,8 @@ static kt_status try_with(kt_accuracy *study, const kt_model *model, const kt_va
     reject_early_end(&watcher, point);
     kt_accuracy_judge(study, point);
     status = kt_accuracy_close(&play, error);
-    return status == KT_OK && point->usable ? time_it(study, model, variant, *run, *options, point, error) : status;
+    return status == KT_OK && point->usable ? time_it(study, model, absolute, variant, *run, *options, point, error)
+                                            : status;
 }
 
 /* The options of a constraint formulation for this setting. The steps of an adaptive method are assumed to be twice as
@@ -264,7 +267,6 @@ kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_ab
     kt_status status = KT_OK;
     kt_constraint_formulation *formulation = NULL;
     *point = (kt_accuracy_point){.setting = setting, .cpu = (double)NAN};
-    kt_absolute_use(absolute, &options);
     options.method = is_time_stepping(method) ? NULL : method;
     options.contact = is_time_stepping(method) ? KT_CONTACT_STEPS : KT_CONTACT_EVENTS;
     if (variant->has_constraint_formulation) {
@@ -280,7 +282,7 @@ kt_status kt_accuracy_try(kt_accuracy *study, const kt_model *model, const kt_ab
             kt_constraint_formulation_use(formulation, &options);
     }
     if (status == KT_OK)
-        status = try_with(study, model, variant, &run, &options, point, error);
+        status = try_with(study, model, absolute, variant, &run, &options, point, error);
     if (status == KT_OK && formulation != NULL)
         point->verdict = kt_constraint_formulation_verdict(formulation, NULL);
     kt_constraint_formulation_free(formulation);

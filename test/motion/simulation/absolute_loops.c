@@ -51,7 +51,7 @@ static void follow(const kt_description *d, const kt_both_bounds *bounds) {
         options.reduction = kt_reduction_method_of((kt_reduction)r);
         kt_absolute *absolute = NULL;
         kt_model *model = kt_both_compile(d, &options, &absolute);
-        if (model && kt_both_run(model, NULL, run, NULL, &tree) && kt_both_run(model, absolute, run, NULL, &other))
+        if (model && kt_both_run(model, NULL, run, &tree) && kt_both_run(model, absolute, run, &other))
             kt_both_compare(&worst, names[r], &tree, &other, bounds);
         open.position = fmax(open.position, other.constraint.position);
         open.velocity = fmax(open.velocity, other.constraint.velocity);

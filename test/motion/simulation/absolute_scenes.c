@@ -44,17 +44,17 @@ static void visit_all(int most, void (*visit)(const char *name, const kt_scene *
 /* The accelerations of both formulations at the present state of the tree. Each is multiplied by the square root of the
  * inertia along it, as errors count in kinetic energy. An error of a thumb counts less than an error of the body that
  * carries the thumb. */
-static bool weighted_accelerations(kt_simulation *tree, kt_simulation *other, const kt_model *model, kt_data *data,
+static bool weighted_accelerations(kt_simulation *tree, kt_either other, const kt_model *model, kt_data *data,
                                    double *a, double *b) {
     static double mass[NUMBERS * NUMBERS];
     const double *q = kt_simulation_positions(tree), *v = kt_simulation_velocities(tree);
     const int nv = kt_model_nv(model);
     kt_error error;
-    kt_status status = kt_simulation_set_state(other, kt_simulation_time(tree), q, v, &error);
+    kt_status status = kt_either_set_state(other, kt_simulation_time(tree), q, v, &error);
     if (status == KT_OK)
         status = kt_simulation_acceleration(tree, a, &error);
     if (status == KT_OK)
-        status = kt_simulation_acceleration(other, b, &error);
+        status = kt_either_acceleration(other, b, &error);
     if (status == KT_OK)
         status = kt_dynamics_mass(model, data, q, mass, &error);
     for (int i = 0; i < nv; i++) {
@@ -108,8 +108,8 @@ static void compare_accelerations(const char *name, const kt_scene *scene, const
     kt_error error;
     kt_data *data = kt_test_data(model);
     const int nv = kt_model_nv(model);
-    kt_simulation *tree = kt_both_simulate(model, NULL, &scene->run);
-    kt_simulation *other = kt_both_simulate(model, absolute, &scene->run);
+    kt_simulation *tree = kt_test_simulation(model, &scene->run, NULL);
+    const kt_either other = kt_either_begin(model, absolute, &scene->run, NULL);
     const double last = fmin(scene->run.duration, 2.0);
     void *work = aligned_alloc(KT_ALIGNMENT, kt_acceleration_work_size(model));
     bool fine = work && nv <= NUMBERS;
@@ -183,7 +183,7 @@ static void compare_motions(const char *name, const kt_scene *scene, const kt_mo
     const double whole = scene->run.duration, part = KT_ADDRESS_SANITIZER ? 1e-3 : 4e-3;
     kt_run run = kt_run_fixed("dop853", 2e-5 * whole, part * whole);
     run.interval = 0.1 * run.duration;
-    if (kt_both_run(model, NULL, run, NULL, &tree) && kt_both_run(model, absolute, run, NULL, &other))
+    if (kt_both_run(model, NULL, run, &tree) && kt_both_run(model, absolute, run, &other))
         kt_both_compare(&motions, name, &tree, &other, &bounds);
 }
 
@@ -203,10 +203,10 @@ static bool after_a_second(const kt_model *model, const kt_absolute *absolute, i
         run.integrator = "dop853";
         run.relative = run.absolute = 1e-13;
     }
-    kt_simulation *simulation = kt_both_simulate(model, absolute, &run);
-    const bool fine = kt_fine("run", kt_simulation_advance(simulation, 1.0, &error), &error);
+    const kt_either e = kt_either_begin(model, absolute, &run, NULL);
+    const bool fine = kt_fine("run", kt_simulation_advance(e.simulation, 1.0, &error), &error);
     if (fine)
-        memcpy(q, kt_simulation_positions(simulation), (size_t)kt_model_nq(model) * sizeof *q);
+        memcpy(q, kt_either_positions(e), (size_t)kt_model_nq(model) * sizeof *q);
     return fine;
 }
 
@@ -241,16 +241,14 @@ KT_TEST(redundant_equations_leave_a_method_its_order) {
  * difference. */
 KT_TEST(windows_pass_singular_positions_as_free_bodies) {
     static double tree[NUMBERS], free_bodies[NUMBERS];
-    kt_error error;
     const double last = KT_ADDRESS_SANITIZER ? 2.0 : 10.0;
     kt_absolute *absolute = NULL;
     kt_model *model = kt_both_compile(&kt_test_bundled("n-four-bar-2")->description, NULL, &absolute);
     for (int formulation = 0; formulation < 2 && model; formulation++) {
         kt_run run = kt_run_fixed("rk4", 1e-3, last);
-        kt_simulation *simulation = kt_both_simulate(model, formulation ? absolute : NULL, &run);
-        if (simulation && kt_fine("run", kt_simulation_advance(simulation, last, &error), &error))
-            memcpy(formulation ? free_bodies : tree, kt_simulation_positions(simulation),
-                   (size_t)kt_model_nq(model) * sizeof(double));
+        const kt_either e = kt_either_begin(model, formulation ? absolute : NULL, &run, NULL);
+        kt_either_advance(e, last);
+        memcpy(formulation ? free_bodies : tree, kt_either_positions(e), (size_t)kt_model_nq(model) * sizeof(double));
     }
     double most = 0.0;
     for (int i = 0; model && i < kt_model_nq(model); i++)

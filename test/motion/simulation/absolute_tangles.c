@@ -1,7 +1,6 @@
 /* Random closed mechanisms, with loops of every type, in the absolute formulation: their accelerations against the
  * dense solution of the tree's equations, and their mobility. */
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "kinetree/equations.h"
 #include "mechanics/constraint/tangle.h"
 
 #include "formulation.h"
@@ -18,15 +17,14 @@ enum { MECHANISMS = 60, FREE_NQ = 14 * KT_TREE_BODIES, BODIES = 2 * KT_TREE_BODI
 static bool accelerate(const tangle *g, const kt_absolute *formulation, kt_data *data, double *a, double *largest) {
     static double q[FREE_NQ], v[FREE_NQ], free_a[FREE_NQ], seen_q[KT_TREE_NQ], seen_v[KT_TREE_NV];
     static kt_wrench push[BODIES];
-    const kt_transformation *to = kt_formulated(formulation).transformation;
-    const kt_model *absolute = to->model;
+    const kt_model *absolute = kt_absolute_model(formulation);
     kt_error e = {0};
     kt_need_fine("kinematics", kt_kinematics_update(g->tree.model, g->tree.data, g->q, g->v, NULL, &e), &e);
-    to->to_free(to, g->tree.data, g->q, g->v, q, v);
-    to->wrenches(to, q, g->tau, g->external, push);
+    kt_absolute_from_tree(formulation, g->tree.data, g->q, g->v, q, v);
+    kt_absolute_wrenches(formulation, q, g->tau, g->external, push);
     kt_need_fine("acceleration", kt_acceleration_evaluate(absolute, data, g->t, q, v, NULL, push, free_a, &e), &e);
     memcpy(seen_q, g->q, sizeof seen_q);
-    to->from_free(to, q, v, free_a, 0.0, seen_q, seen_v, a);
+    kt_absolute_to_tree(formulation, q, v, free_a, 0.0, seen_q, seen_v, a);
     *largest = kt_tree_largest(free_a, kt_model_nv(absolute));
     return !tangle_was_near_singular(absolute, data);
 }

@@ -4,7 +4,6 @@
 #include "mechanics/dynamics/tree.h"
 
 #include "formulation.h"
-#include "kinetree/equations.h"
 #include "kinetree/mechanism.h"
 
 #include <math.h>
@@ -17,7 +16,6 @@ typedef struct pair {
     kt_tree tree;
     kt_tree_state state;
     kt_absolute *formulation;
-    const kt_transformation *to;
     const kt_model *absolute;
     kt_data *data;
     double q[FREE_NQ], v[FREE_NQ], a[FREE_NQ]; /* free */
@@ -30,7 +28,6 @@ static void pair_grow(pair *p, const kt_tree_plan *plan, kt_random *random) {
     kt_tree_compile(&p->tree, NULL);
     p->formulation = kt_formulate(&p->tree.description, NULL, p->tree.model, KT_FORMULATION_ABSOLUTE);
     kt_need(p->formulation != NULL);
-    p->to = kt_formulated(p->formulation).transformation;
     p->absolute = kt_absolute_model(p->formulation);
     p->data = kt_test_data(p->absolute);
 }
@@ -40,8 +37,8 @@ static void pair_move(pair *p, kt_random *random) {
     kt_tree_state_draw(&p->tree, random, &p->state);
     kt_tree_forward(&p->tree, &p->state, p->state.a);
     kt_tree_kinematics(&p->tree, &p->state);
-    p->to->to_free(p->to, p->tree.data, p->state.q, p->state.v, p->q, p->v);
-    p->to->wrenches(p->to, p->q, p->state.tau, p->state.external, p->push);
+    kt_absolute_from_tree(p->formulation, p->tree.data, p->state.q, p->state.v, p->q, p->v);
+    kt_absolute_wrenches(p->formulation, p->q, p->state.tau, p->state.external, p->push);
 }
 
 /* The n-th of some trees that are all different: shuffled, floating, of one type and of all. */
@@ -73,7 +70,7 @@ KT_TEST(accelerations_are_those_of_the_recursion) {
                      &e);
         const double scale = kt_tree_largest(p.state.a, p.tree.nv);
         memcpy(q, p.state.q, sizeof q);
-        p.to->from_free(p.to, p.q, p.v, p.a, 0.0, q, v, a);
+        kt_absolute_to_tree(p.formulation, p.q, p.v, p.a, 0.0, q, v, a);
         for (int i = 0; i < p.tree.nv; i++)
             kt_worst_near(&error, a[i] / scale, p.state.a[i] / scale, 2.5e-12, "tree %d, coordinate %d", n, i);
     }
@@ -93,7 +90,7 @@ KT_TEST(reactions_are_those_of_the_recursion) {
                      kt_reaction_evaluate(p.absolute, p.data, 0.0, p.q, p.v, NULL, p.push, NULL, from, &e), &e);
         double scale = 0.0;
         kt_joint_reactions(p.tree.model, p.tree.data, p.state.external, here);
-        p.to->reactions(p.to, p.q, p.state.tau, from, there, NULL);
+        kt_absolute_reactions(p.formulation, p.q, p.state.tau, from, there, NULL);
         for (int b = 1; b < p.tree.count; b++)
             scale = fmax(scale, fmax(kt_vec3_norm(here[b].force), kt_vec3_norm(here[b].moment)));
         for (int b = 1; b < p.tree.count; b++) {
@@ -135,8 +132,8 @@ KT_TEST(coordinates_come_back_from_the_free_bodies) {
         kt_tree_state_draw(&p.tree, &random, &p.state);
         wind(&p.tree, p.state.q, q, &random);
         kt_tree_kinematics(&p.tree, &p.state);
-        p.to->to_free(p.to, p.tree.data, p.state.q, p.state.v, p.q, p.v);
-        p.to->from_free(p.to, p.q, p.v, NULL, 0.0, q, v, NULL);
+        kt_absolute_from_tree(p.formulation, p.tree.data, p.state.q, p.state.v, p.q, p.v);
+        kt_absolute_to_tree(p.formulation, p.q, p.v, NULL, 0.0, q, v, NULL);
         for (int i = 0; i < p.tree.nq; i++)
             kt_worst_near(&position, q[i], p.state.q[i], 2e-14, "tree %d, %d", n, i);
         for (int i = 0; i < p.tree.nv; i++)

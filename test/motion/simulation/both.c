@@ -31,13 +31,7 @@ kt_model *kt_both_compile(const kt_description *description, const kt_model_opti
     return *absolute != NULL ? model : NULL;
 }
 
-kt_simulation *kt_both_simulate(const kt_model *model, const kt_absolute *absolute, const kt_run *run) {
-    const kt_simulation_options options = kt_formulated(absolute);
-    return kt_test_simulation(model, run, &options);
-}
-
-bool kt_both_run(const kt_model *model, const kt_absolute *absolute, kt_run run, const double *torque,
-                 kt_both_trace *t) {
+bool kt_both_run(const kt_model *model, const kt_absolute *absolute, kt_run run, kt_both_trace *t) {
     kt_error error;
     memset(t, 0, sizeof *t);
     t->model = model;
@@ -48,11 +42,8 @@ bool kt_both_run(const kt_model *model, const kt_absolute *absolute, kt_run run,
     if (t->nq > KT_BOTH_COORDINATES || t->bodies > KT_BOTH_BODIES || t->loops > KT_BOTH_BODIES)
         return kt_check_true("room", false);
     run.record = KT_RECORD_ACCELERATION | KT_RECORD_ENERGY | KT_RECORD_REACTION | KT_RECORD_CONSTRAINT;
-    kt_simulation *simulation = kt_both_simulate(model, absolute, &run);
-    if (torque)
-        kt_need_fine("torque", kt_simulation_set_torque(simulation, torque, &error), &error);
-    return kt_fine(absolute != NULL ? "absolute" : "tree", kt_simulation_run(simulation, kt_both_keep, t, &error),
-                   &error);
+    const kt_either e = kt_either_begin(model, absolute, &run, NULL);
+    return kt_fine(absolute != NULL ? "absolute" : "tree", kt_either_run(e, kt_both_keep, t, &error), &error);
 }
 
 /* ---- what differs ------------------------------------------------------------------------------------------------ */

@@ -25,13 +25,9 @@ int kt_both_keep(const kt_record *record, void *trace);
 /* The model, and its absolute formulation. */
 kt_model *kt_both_compile(const kt_description *description, const kt_model_options *options, kt_absolute **absolute);
 
-/* A simulation of a model, in the absolute formulation unless that is NULL. */
-kt_simulation *kt_both_simulate(const kt_model *model, const kt_absolute *absolute, const kt_run *run);
-
-/* Runs such a simulation with all records into t; `torque` (nv, or NULL) acts throughout. False after a failed
- * check. */
-bool kt_both_run(const kt_model *model, const kt_absolute *absolute, kt_run run, const double *torque,
-                 kt_both_trace *t);
+/* Runs a simulation of a model with all records into t, in the absolute formulation unless that is NULL. False after a
+ * failed check. */
+bool kt_both_run(const kt_model *model, const kt_absolute *absolute, kt_run run, kt_both_trace *t);
 
 /* Bounds of the differences between two traces, over all records. Each is relative to the largest number of its kind,
  * or to 1 if that is larger. With reaction = 0, reactions are not unique and not compared. */

@@ -67,13 +67,12 @@ static int compare(const kt_record *record, void *user) {
 }
 
 static void check_method(const kt_model *model, const kt_absolute *absolute, const kt_run *run, const kt_kept *right) {
-    const kt_simulation_options options = kt_formulated(absolute);
     compared c = {kt_worst_make(run->integrator), right};
-    kt_simulation *simulation = kt_test_simulation(model, run, &options);
+    const kt_either e = kt_either_begin(model, absolute, run, NULL);
     kt_note("%s, step %g%s", run->integrator, run->step, absolute != NULL ? ", absolute" : "");
-    kt_test_run(simulation, compare, &c);
+    kt_either_test_run(e, compare, &c);
     kt_check_worst(&c.worst);
-    kt_check_below("steps", (double)kt_simulation_counts_of(simulation).steps, 400.0);
+    kt_check_below("steps", (double)kt_simulation_counts_of(e.simulation).steps, 400.0);
 }
 
 /* Counts over all scenes and all works: see kt_is_asked. */

@@ -224,9 +224,9 @@ static void check_balance(loss_kind kind, bound_of *bound) {
             kt_run run = kt_run_within("dop853", TOLERANCE, 0.2);
             run.interval = 0.02;
             run.record = KT_RECORD_BALANCE;
-            kt_simulation *simulation = kt_both_simulate(s.model, formulation ? s.absolute : NULL, &run);
-            kt_need_fine("run", kt_simulation_run(simulation, enter, &l, &error), &error);
-            kt_worst_below(&balance, l.worst, bound(s.model, simulation), "tree %d, formulation %d", n, formulation);
+            const kt_either e = kt_either_begin(s.model, formulation ? s.absolute : NULL, &run, NULL);
+            kt_need_fine("run", kt_either_run(e, enter, &l, &error), &error);
+            kt_worst_below(&balance, l.worst, bound(s.model, e.simulation), "tree %d, formulation %d", n, formulation);
             cooled |= l.cooled;
             least = fmin(least, l.heat);
         }
@@ -262,8 +262,8 @@ KT_TEST(both_formulations_move_alike_under_effects) {
         set_stage(&s, &random, ALL);
         kt_run run = kt_run_fixed("dop853", 1e-3, 0.05), finer = kt_run_fixed("dop853", 5e-4, 0.05);
         run.interval = finer.interval = 0.005;
-        if (kt_both_run(s.model, NULL, run, NULL, &tree) && kt_both_run(s.model, NULL, finer, NULL, &half) &&
-            kt_both_run(s.model, s.absolute, run, NULL, &other)) {
+        if (kt_both_run(s.model, NULL, run, &tree) && kt_both_run(s.model, NULL, finer, &half) &&
+            kt_both_run(s.model, s.absolute, run, &other)) {
             const kt_both_bounds bounds = widen(&rounding, &tree, &half);
             kt_both_compare(&worst, "tree", &tree, &other, &bounds);
         }

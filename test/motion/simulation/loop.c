@@ -157,9 +157,8 @@ KT_TEST(spring_without_a_length_is_unstretched_where_the_loops_are_closed) {
         run.record = KT_RECORD_ENERGY;
         kt_model *model = kt_scene_compile(&f.description);
         kt_absolute *absolute = kt_formulate(&f.description, NULL, model, (kt_formulation)formulation);
-        const kt_simulation_options options = kt_formulated(absolute);
-        kt_simulation *simulation = kt_test_simulation(model, &run, &options);
-        if (simulation && kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error))
+        kt_simulation *simulation = kt_either_begin(model, absolute, &run, NULL).simulation;
+        if (kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error))
             kt_check_below("stretch, m", sqrt(record.potential), 16.0 * DBL_EPSILON);
     }
 }

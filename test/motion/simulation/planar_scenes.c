@@ -27,7 +27,7 @@ static void compare(kt_both_worst *worst, const char *name, const kt_scene *scen
         .position = 5e-15, .velocity = 1e-14, .acceleration = 2.5e-14, .energy = 2e-14, .reaction = 1e-14};
     kt_run run = kt_run_fixed("dop853", 2e-4 * scene->run.duration, 0.1 * scene->run.duration);
     run.interval = 1e-3 * scene->run.duration;
-    if (kt_both_run(spatial, NULL, run, NULL, &space) && kt_both_run(planar, NULL, run, NULL, &flat))
+    if (kt_both_run(spatial, NULL, run, &space) && kt_both_run(planar, NULL, run, &flat))
         kt_both_compare(worst, name, &space, &flat, &bounds);
 }
 

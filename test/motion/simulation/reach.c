@@ -47,7 +47,6 @@ static int ignore(const kt_record *record, void *user) {
 /* Runs to where it fails; returns that time, NaN where nothing ran. The search for loops reaches ahead by *ahead. */
 static double run_into(const kt_description *description, const setting *with, double *ahead, kt_status *status,
                        kt_error *error) {
-    kt_simulation *simulation = NULL;
     kt_run run = kt_run_default();
     run.integrator = with->integrator;
     run.step = with->step;
@@ -55,13 +54,18 @@ static double run_into(const kt_description *description, const setting *with, d
     *ahead = with->step > 0.0 ? with->step : interval;
     kt_model *model = kt_test_model(description, NULL);
     kt_absolute *absolute = kt_formulate(description, NULL, model, with->formulation);
-    const kt_simulation_options options = kt_formulated(absolute);
-    *status = kt_simulation_create(model, &run, &options, &simulation, error);
+    kt_either e = {NULL, NULL};
+    *status = absolute != NULL ? kt_absolute_motion_create(absolute, &run, NULL, &e.motion, error)
+                               : kt_simulation_create(model, &run, NULL, &e.simulation, error);
+    if (e.motion != NULL)
+        e.simulation = kt_absolute_motion_simulation(e.motion);
     if (*status == KT_OK)
-        *status = kt_simulation_run(simulation, ignore, NULL, error);
-    const double t = simulation ? kt_simulation_time(simulation) : 0.0;
+        *status = kt_either_run(e, ignore, NULL, error);
+    const double t = e.simulation != NULL ? kt_simulation_time(e.simulation) : 0.0;
     kt_note("%s, step %g: %s: %s", with->integrator, with->step, error->where, error->message);
-    kt_simulation_free(simulation);
+    if (e.motion == NULL)
+        kt_simulation_free(e.simulation);
+    kt_absolute_motion_free(e.motion);
     return t;
 }
 
@@ -107,7 +111,11 @@ KT_TEST(length_beyond_the_reach_of_bars_is_named_with_its_gap_a_little_later) {
         kt_check_equal_int("status", status, KT_ERROR_CONSTRAINT);
         kt_check_near("time", t, 3.0, settings[i].step > 0.0 ? 2.0 * settings[i].step : 2e-12);
         check_words(&error, t, ahead);
-        kt_check_near("gap", gap_of(&error, "pull"), gap, 0.006 * gap);
+        const double found = gap_of(&error, "pull");
+        if (settings[i].formulation == KT_FORMULATION_TREE)
+            kt_check_near("gap", found, gap, 0.006 * gap);
+        else /* the joints, which are loops as well, share the gap */
+            kt_check_near("gap of three loops", found, gap / 3.0, 0.002 * gap);
     }
 }
 

@@ -3,7 +3,6 @@
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "files/scene/collect.h"
-#include "formulation.h"
 #include "scene_files.h"
 #include "scenes.h"
 
@@ -15,30 +14,25 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { STEPS = 12, MOST = 4096, TREE = 60, FREE = 16 }; /* bodies: more take long */
+enum { STEPS = 12, MOST = 4096, TREE = 60 }; /* bodies: more take long */
 
 /* ---- scenes ------------------------------------------------------------------------------------------------------ */
 
-typedef void visitor(const char *name, const kt_model *model, const kt_absolute *absolute, const kt_run *run,
-                     void *user);
+typedef void visitor(const char *name, const kt_model *model, const kt_run *run, void *user);
 
-/* Every bundled scene, one after the other; `absolute` is NULL in the tree formulation, run is the scene's own. */
-static void for_each_scene(kt_formulation formulation, visitor *visit, void *user) {
+/* Every bundled scene, one after the other; run is the scene's own. */
+static void for_each_scene(visitor *visit, void *user) {
     kt_check_above("scenes", kt_bundled_count(), 40);
     for (int i = 0; kt_bundled(i) != NULL; i++) {
         const kt_scene *scene = kt_test_bundled(kt_bundled(i));
         const kt_description *description = &scene->description;
         kt_model_options options = kt_model_options_default();
-        const bool is_absolute = formulation == KT_FORMULATION_ABSOLUTE;
-        const bool large = description->body_count > (is_absolute ? FREE : TREE) ||
-                           kt_is_switched(description) || /* its events evaluate, too */
-                           (is_absolute && kt_is_for_trees_alone(description));
+        const bool large = description->body_count > TREE || kt_is_switched(description); /* its events evaluate, too */
         options.reduction = kt_reduction_method_of(scene->reduction);
         options.metric = scene->run.metric;
         if (large)
             continue;
-        const kt_model *model = kt_test_model(description, &options);
-        visit(kt_bundled(i), model, kt_formulate(description, &options, model, formulation), &scene->run, user);
+        visit(kt_bundled(i), kt_test_model(description, &options), &scene->run, user);
     }
 }
 
@@ -53,8 +47,8 @@ static kt_run run_of(const char *name, const kt_run *given, const char *method, 
     return run;
 }
 
-static kt_simulation *simulate(const kt_model *model, const kt_absolute *absolute, const kt_run *run) {
-    kt_simulation_options options = kt_formulated(absolute);
+static kt_simulation *simulate(const kt_model *model, const kt_run *run) {
+    kt_simulation_options options = kt_simulation_options_default();
     options.kinematics = true;
     return kt_test_simulation(model, run, &options);
 }
@@ -126,12 +120,11 @@ typedef struct comparison {
     char first[160];
 } comparison;
 
-static void compare(const char *name, const kt_model *model, const kt_absolute *absolute, const kt_run *given,
-                    void *user) {
+static void compare(const char *name, const kt_model *model, const kt_run *given, void *user) {
     static numbers pages[STEPS + 1], shown;
     comparison *c = user;
     const kt_run run = run_of(name, given, c->method, c->record);
-    kt_simulation *recorded = simulate(model, absolute, &run), *sensed = simulate(model, absolute, &run);
+    kt_simulation *recorded = simulate(model, &run), *sensed = simulate(model, &run);
     album a = {model, 0, pages};
     kt_record record;
     kt_error error;
@@ -156,9 +149,9 @@ static void compare(const char *name, const kt_model *model, const kt_absolute *
 
 static const unsigned every = KT_RECORD_ACCELERATION | KT_RECORD_REACTION | KT_RECORD_ENERGY;
 
-static void check_all(kt_formulation formulation, const char *method, unsigned record) {
+static void check_all(const char *method, unsigned record) {
     comparison c = {.method = method, .record = record};
-    for_each_scene(formulation, compare, &c);
+    for_each_scene(compare, &c);
     if (c.differing > 0)
         kt_note("%s, records %u: %s", method, record, c.first);
     kt_check_above("numbers compared", (double)c.compared, 10000.0);
@@ -168,7 +161,7 @@ static void check_all(kt_formulation formulation, const char *method, unsigned r
 KT_TEST(sensors_show_to_the_bit_what_a_run_records) {
     static const char *const methods[] = {"rk4", "dopri5", "dop853", "rkc2"};
     for (int i = 0; i < 4; i++)
-        check_all(KT_FORMULATION_TREE, methods[i], every);
+        check_all(methods[i], every);
 }
 
 /* Each part by itself, without the values that the others leave or spoil. */
@@ -180,12 +173,10 @@ KT_TEST(sensors_show_to_the_bit_each_part_alone) {
                                      KT_RECORD_REACTION | KT_RECORD_CONSTRAINT,
                                      KT_RECORD_BALANCE};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
-        check_all(KT_FORMULATION_TREE, "rk4", parts[i]);
-        check_all(KT_FORMULATION_TREE, "tsit5", parts[i]);
+        check_all("rk4", parts[i]);
+        check_all("tsit5", parts[i]);
     }
 }
-
-KT_TEST(sensors_show_to_the_bit_what_an_absolute_run_records) { check_all(KT_FORMULATION_ABSOLUTE, "rk4", every); }
 
 /* Passes through ten singular positions of two four-bars in a row. At and next to these positions, accelerations are
  * those of nearby states. The oracles are an evaluation and kinematics from nothing, with data of their own. */
@@ -264,15 +255,14 @@ static bool go(const char *name, kt_simulation *simulation, int nv, bool senses,
     return fine;
 }
 
-static void count(const char *name, const kt_model *model, const kt_absolute *absolute, const kt_run *given,
-                  void *user) {
+static void count(const char *name, const kt_model *model, const kt_run *given, void *user) {
     price *p = user;
     kt_run run = run_of(name, given, p->method, KT_RECORD_ACCELERATION | KT_RECORD_REACTION);
     if (!p->fixed)
         run.step = 0.0;
     run.interval = 0.0;
     const int nq = kt_model_nq(model), nv = kt_model_nv(model);
-    kt_simulation *plain = simulate(model, absolute, &run), *sensed = simulate(model, absolute, &run);
+    kt_simulation *plain = simulate(model, &run), *sensed = simulate(model, &run);
     if (go(name, plain, nv, false, p->order) && go(name, sensed, nv, true, p->order)) {
         const kt_simulation_counts a = kt_simulation_counts_of(plain), b = kt_simulation_counts_of(sensed);
         const double *q[2] = {kt_simulation_positions(plain), kt_simulation_positions(sensed)};
@@ -290,7 +280,7 @@ static void count(const char *name, const kt_model *model, const kt_absolute *ab
 }
 
 static void check_price(price p) {
-    for_each_scene(KT_FORMULATION_TREE, count, &p);
+    for_each_scene(count, &p);
     kt_check_above("scenes", p.scenes, 40);
     if (p.least > 0)
         kt_check_above(p.method, (double)p.more, (double)p.least);
@@ -327,7 +317,7 @@ static void interrupt(const kt_model *model, bool looks, album *kept) {
     run.interval = 0.05;
     run.record = KT_RECORD_ACCELERATION;
     const double torque = 3.0;
-    kt_simulation *simulation = simulate(model, NULL, &run);
+    kt_simulation *simulation = simulate(model, &run);
     kt_error error;
     kt_record record;
     kt_kept *stopper = kt_kept_empty(model);
@@ -448,7 +438,7 @@ KT_TEST(rejected_states_spoil_no_sensor) {
     for (int i = 0; i < 20; i++) {
         kt_run run = kt_run_fixed("rk4", 1e-3, 1.0);
         run.record = i % 2 == 0 ? KT_RECORD_POSITION : every;
-        kt_simulation *simulation = simulate(model, NULL, &run);
+        kt_simulation *simulation = simulate(model, &run);
         (void)kt_fine("step", kt_simulation_step(simulation, HUGE_VAL, &error), &error);
         (void)kt_fine("sense", kt_simulation_sense(simulation, &record, &error), &error);
         collect(model, &record, &before);

@@ -210,6 +210,24 @@ KT_TEST(errors_of_events_are_those_of_the_closed_form) {
     kt_check_equal_int("missed", point->error.missed, 0);
 }
 
+/* Free bodies have no events: their curve ends without points, and the other one is complete. */
+KT_TEST(absolute_coordinates_do_not_run_a_motion_with_events) {
+    rail r;
+    kt_variant variants[2];
+    make_spring(&r);
+    r.b.step = 0.01;
+    variants[0] = variants[1] = kt_variant_default(&r.b.run);
+    variants[1].formulation = KT_FORMULATION_ABSOLUTE;
+    r.b.options.variants = variants;
+    r.b.options.variant_count = 2;
+    must_create(&r.b);
+    const kt_accuracy_results *study = kt_accuracy_results_of(r.b.study);
+    kt_need(kt_check_equal_int("curves", study->curve_count, 2));
+    kt_check_equal_int("tree", study->curves[0].count, 1);
+    kt_check_equal_int("absolute", study->curves[1].count, 0);
+    kt_check_equal_int("why", study->curves[1].end, KT_ACCURACY_UNSUPPORTED);
+}
+
 /* The instants of a contact, in the reference and in a run that is far off. */
 KT_TEST(errors_of_impacts_are_those_of_the_closed_form) {
     rail r;

@@ -95,7 +95,7 @@ static int follow(const kt_record *record, void *user) {
 static void go_as(const kt_case *c, const kt_absolute *absolute, motion *m, const char *method, double step,
                   double tolerance, kt_constraint_formulation *set) {
     kt_run run = c->scene.run;
-    kt_simulation_options options = kt_formulated(absolute);
+    kt_simulation_options options = kt_simulation_options_default();
     kt_error e = {0};
     run.integrator = method;
     run.step = step;
@@ -109,9 +109,9 @@ static void go_as(const kt_case *c, const kt_absolute *absolute, motion *m, cons
     m->model = c->model;
     m->error = m->open = m->slip = m->energy = 0.0;
     m->evaluations = 0;
-    kt_simulation *simulation = kt_test_simulation(c->model, &run, &options);
-    m->status = kt_simulation_run(simulation, follow, m, &e);
-    m->evaluations = kt_simulation_counts_of(simulation).evaluations;
+    const kt_either either = kt_either_begin(c->model, absolute, &run, &options);
+    m->status = kt_either_run(either, follow, m, &e);
+    m->evaluations = kt_simulation_counts_of(either.simulation).evaluations;
     if (m->status != KT_OK)
         kt_note("stopped: %s: %s", e.where, e.message);
     if (m->known)
