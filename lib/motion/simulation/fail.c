@@ -35,8 +35,8 @@ static kt_status close_later(const kt_simulation *simulation, double part, kt_er
     const double later = t + part * (simulation->step > 0.0 ? simulation->step : simulation->records.interval);
     char what[96];
     (void)snprintf(what, sizeof what, "from here on the loops cannot be closed; at t = %.9g s these stay open", later);
-    return kt_loops_reach(simulation->model, simulation->data, later, simulation->state,
-                          KT_CLOSED_ASSEMBLED, what, found);
+    return kt_loops_reach(simulation->model, simulation->data, later, simulation->state, KT_CLOSED_ASSEMBLED, what,
+                          found);
 }
 
 /* Whether a step fails because loops can be closed now but not later. Then *found has the message. A search that starts
