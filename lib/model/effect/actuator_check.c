@@ -64,9 +64,10 @@ static void check_actuator(kt_checker *checker, const kt_effect *effect, int i) 
         check_muscle(checker, i, "passive", a->passive);
     check_terms(checker, effect, i);
     if (!kt_actuator_sum_is_possible(effect, i))
-        kt_checker_fault(checker, "actuators", i,
-                         "sum_lower and sum_upper have zero between them, or all actuators of the tendon have one gear "
-                         "and no bounds of their own; none of them has an activation, a delay or a muscle");
+        kt_checker_fault(
+            checker, "actuators", i,
+            "sum_lower and sum_upper must have zero between them, or all actuators of the tendon have one gear "
+            "and no bounds of their own; none of them has an activation, a delay or a muscle");
 }
 
 static void check_spring(kt_checker *checker, const kt_effect *effect) {

@@ -436,3 +436,30 @@ KT_TEST(numbers_without_a_place_in_mjcf_are_told) {
         kt_check_text(cases[i].effects, t.text, cases[i].lost);
     }
 }
+
+KT_TEST(faulty_numbers_are_rejected_with_a_remedy) {
+    static const char *const cases[][2] = {
+        {"force: \"1\", upper: 2", "write clamp(..) into the formula"},
+        {"force: \"1\", actuators: [{}]", "exclude one another; give one of them"},
+        {"actuators: [{activation: z}]", "state 'z' does not exist; add it to `states`"},
+        {"actuators: [{tendon: t, sum_lower: 1}, {tendon: t, gear: 2, sum_lower: 1}]", "must have zero between them"},
+        {"actuators: [{terms: {b: 1}}]", "its terms do not name the joint of the effect"},
+        {"spring: {friction: 2}", "take joint_friction, or joint_limit"},
+        {"spring: {rest: [2, 1]}", "rest is 2 and 1; give two numbers that rise"},
+        {"lower: 3, upper: 1, actuators: [{}]", "lower is 3, and the upper bound 1"},
+        {"actuators: [{active: {lengths: [1, 1], force: 3}}]", "active: lengths are 1 and 1"},
+        {"actuators: [{delay: -1}]", "delay is -1; it must be 0 or more"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char text[500];
+        kt_error error = {0};
+        const int length =
+            snprintf(text, sizeof text,
+                     "kinetree: 1\nbodies: [{name: a, joint: {type: prismatic}, mass: 1}, {name: b, joint: {type: "
+                     "prismatic}, mass: 1}]\neffects: [{type: expression, joint: a, %s}]\n",
+                     cases[i][0]);
+        kt_check_true(cases[i][0],
+                      kt_scene_parse("x", text, (size_t)length, kt_test_scene_place(), NULL, NULL, &error) != KT_OK);
+        kt_check_contains("message", error.message, cases[i][1]);
+    }
+}
