@@ -38,10 +38,15 @@ static kt_effect *add_shape_contact(kt_draft *d, const kt_contact_shape *shape, 
     return effect;
 }
 
+static bool is_spherical(const double a[3]) {
+    const double least = fmin(a[0], fmin(a[1], a[2])), most = fmax(a[0], fmax(a[1], a[2]));
+    return most - least < 1e-9 * most;
+}
+
 static void add_ellipsoid(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground) {
     const double *a = shape->size, least = fmin(a[0], fmin(a[1], a[2])), most = fmax(a[0], fmax(a[1], a[2]));
     const double r = least * least / most;
-    if (most - least < 1e-9 * most) {
+    if (is_spherical(a)) {
         (void)add_shape_contact(d, shape, ground, kt_vec3_make(0.0, 0.0, 0.0), most);
         return;
     }
@@ -99,7 +104,7 @@ void kt_contact_make(kt_draft *d, kt_contact_shape *shape, const kt_ground *grou
                      const kt_contact_cone *cone, double gravity, kt_contact_tally *touched) {
     if (shape->mass > 0.0)
         kt_contact_law_apply(law, cone, gravity, shape);
-    if (shape->solid == KT_SOLID_ELLIPSOID)
+    if (shape->solid == KT_SOLID_ELLIPSOID && !is_spherical(shape->size))
         kt_left_count(&touched->rounded, shape->element);
     if (shape->turns_freely && shape->solid == KT_SOLID_NONE && kt_contact_is_round(shape->points, shape->point_count))
         kt_left_count(&touched->rough, shape->element);

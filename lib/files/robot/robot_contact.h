@@ -93,7 +93,7 @@ kt_vec3 kt_contact_direction(int i, kt_vec3 extent);
 
 #define KT_NOTE_ROUNDED                                                                                                \
     "ellipsoids that touch planes, each as 26 spheres inside it, so that it sinks by up to 8 % of its longest half "   \
-    "axis:"
+    "axis, and loses speed like a polygon if it rolls:"
 
 #define KT_NOTE_STIFF                                                                                                  \
     "contacts are stiff: the method is " KT_ROBOT_STIFF_METHOD " (--integrator names another); shapes that touch:"

@@ -182,6 +182,8 @@ KT_TEST(planes_touch_the_points_of_solids_that_masks_pairs_and_excludes_allow) {
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         const kt_scene *scene = test_robot(table[i].text, &with_contacts);
         kt_check_equal_int(table[i].text, scene->description.effect_count, table[i].contacts);
+        kt_check_equal_int("warning of an ellipsoid that is no sphere",
+                           has_ranked_note(scene, KT_NOTE_RANK_MOTION, "26 spheres"), table[i].contacts == 26);
     }
 }
 
