@@ -23,7 +23,8 @@ static const kt_option options[] = {
     KT_ROBOT_OPTIONS,
     KT_OPTION(NUMBER, "duration", duration, "S", "simulate for S seconds"),
     KT_OPTION(TEXT, "integrator", integrator, "NAME",
-              "use this method; 'kinetree integrators' lists them; default: auto, or dopri5 with a fixed step"),
+              "use this method; 'kinetree integrators' lists them; default: auto, or dopri5 with a fixed step or above "
+              "100 velocity coordinates"),
     KT_OPTION(POSITIVE, "step", step, "S", "take fixed steps of S seconds"),
     KT_OPTION(TEXT, "tolerance", tolerance, "R[,A]", "take adaptive steps with this relative and absolute tolerance"),
     KT_OPTION(POSITIVE, "max-step", max_step, "S", "limit adaptive steps to S seconds"),
