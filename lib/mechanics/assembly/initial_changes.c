@@ -36,26 +36,26 @@ typedef struct parts {
     kt_initial_change part[4];
 } parts;
 
-static void note(kt_initial_change *part, double change, double unit) {
+static void update_largest_change(kt_initial_change *part, double change, double unit) {
     if (!(fabs(change) / unit > part->relative))
         return;
     part->change = fabs(change);
     part->relative = fabs(change) / unit;
 }
 
-static void note_link(const kt_model *model, const kt_link *link, const double *q, const double *v, double speed,
-                      parts *p) {
+static void add_link_changes(const kt_model *model, const kt_link *link, const double *q, const double *v, double speed,
+                             parts *p) {
     const int plain = kt_motion_facts_of(link->motion).plain;
     for (int k = 0; k < kt_link_dofs(link); k++) {
         const double unit = coordinate_unit_of(model, link, k);
         const bool angular = plain > 0 && k >= plain;
         const uint8_t given = model->given[link->v + k];
         if (k < plain && (given & KT_POSITION_GIVEN))
-            note(&p->part[0], q[link->q + k] - model->q0[link->q + k], unit);
+            update_largest_change(&p->part[0], q[link->q + k] - model->q0[link->q + k], unit);
         if (k == plain && (given & KT_POSITION_GIVEN))
-            note(&p->part[1], angle_between(model->q0 + link->q + plain, q + link->q + plain), 1.0);
+            update_largest_change(&p->part[1], angle_between(model->q0 + link->q + plain, q + link->q + plain), 1.0);
         if (given & KT_VELOCITY_GIVEN)
-            note(&p->part[angular ? 3 : 2], v[link->v + k] - model->v0[link->v + k], unit * speed);
+            update_largest_change(&p->part[angular ? 3 : 2], v[link->v + k] - model->v0[link->v + k], unit * speed);
     }
 }
 
@@ -79,7 +79,7 @@ int kt_initial_choices(const kt_model *model, const double *v, kt_initial_change
             const bool chosen = link->group >= 0 && has_choice(model, &model->group[link->group]);
             for (int k = 0; k < kt_link_dofs(link) && chosen; k++)
                 if (!(model->given[link->v + k] & KT_VELOCITY_GIVEN))
-                    note(&part, v[link->v + k], coordinate_unit_of(model, link, k) * speed);
+                    update_largest_change(&part, v[link->v + k], coordinate_unit_of(model, link, k) * speed);
         }
         if (!(part.relative > KT_INITIAL_CHANGE_LEAST))
             continue;
@@ -100,7 +100,7 @@ int kt_initial_changes(const kt_model *model, const double *q, const double *v, 
         parts p = {.part = {{.part = 0}}};
         const int32_t last = model->body[body].link;
         for (int32_t i = last; i > 0 && model->link[i].body == body; i = model->link[i].parent)
-            note_link(model, &model->link[i], q, v, speed, &p);
+            add_link_changes(model, &model->link[i], q, v, speed, &p);
         for (int k = 0; k < 4; k++) {
             if (!(p.part[k].relative > KT_INITIAL_CHANGE_LEAST))
                 continue;

@@ -147,7 +147,8 @@ typedef enum purpose { TO_CLOSE, TO_SAMPLE, TO_TELL } purpose;
 
 /* Whether the step of one group is accepted; its equations at the new state have been filled. data->damping is mu after
  * an accepted step, and -mu after a rejected one. */
-static bool judge_group_step(const kt_model *model, kt_data *data, size_t g, const kt_group_work *w, purpose asked) {
+static bool group_step_is_accepted(const kt_model *model, kt_data *data, size_t g, const kt_group_work *w,
+                                   purpose asked) {
     const double before = data->gap[g], after = squares(w);
     /* If the gap alone damps the step, the step ends at a minimum at once. More damping would find it again and
      * again. */
@@ -221,7 +222,7 @@ static void iterate_groups(const kt_model *model, kt_data *data, double t, const
             const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
             if (data->settled[g])
                 continue;
-            if (judge_group_step(model, data, g, &w, asked))
+            if (group_step_is_accepted(model, data, g, &w, asked))
                 kt_take_group(model, &model->group[g], data->moved_q, q);
             else
                 refill = true;

@@ -34,7 +34,7 @@ static void make_sound(kt_body *body, bool is_joint_sound) {
     *body = sound;
 }
 
-static void note_fault(void *user, const kt_place *place, const kt_error *error) {
+static void record_fault(void *user, const kt_place *place, const kt_error *error) {
     others *o = user;
     const kt_description *d = o->description;
     const bool is_body = place->item == KT_ITEM_BODY;
@@ -72,7 +72,7 @@ kt_status kt_model_check(const kt_description *description, kt_report *report, v
     if (KT_IS_MISSING(error, description))
         return KT_ERROR_ARGUMENT;
     others o = {.description = description, .report = report, .user = user};
-    kt_status status = kt_description_check(description, note_fault, &o, error);
+    kt_status status = kt_description_check(description, record_fault, &o, error);
     if (o.no_memory)
         status = kt_error_set(error, KT_ERROR_MEMORY, "kt_model_check", "out of memory");
     if (status != KT_ERROR_MEMORY && !o.unknown) {

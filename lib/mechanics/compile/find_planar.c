@@ -49,7 +49,7 @@ static kt_mat3 joint_rotation(const kt_joint *joint) {
 
 /* Considers one more joint of a tree. The first revolute motion gives the normal (in basis.z). Before there is one, two
  * prismatic motions that are not parallel give the normal (the first is kept in basis.x). */
-static void note_joint(const kt_joint *joint, const kt_mat3 *rest, kt_body_plane *tree) {
+static void add_joint_axes(const kt_joint *joint, const kt_mat3 *rest, kt_body_plane *tree) {
     kt_element elements[KT_ELEMENT_MAX];
     const int count = kt_joint_elements(joint, elements);
     for (int k = 0; k < count; k++) {
@@ -99,7 +99,7 @@ static kt_body_plane *tree_component_of(kt_body_plane *body, const kt_body_plane
 static void find_plane_normals(const kt_description *d, kt_body_plane *body, size_t count) {
     for (size_t i = 1; i <= count; i++)
         if (body[i].tree != GROUND)
-            note_joint(&d->bodies[body[i].source].joint, &body[i].rest, tree_component_of(body, &body[i]));
+            add_joint_axes(&d->bodies[body[i].source].joint, &body[i].rest, tree_component_of(body, &body[i]));
 }
 
 /* ---- planes ------------------------------------------------------------------------------------------------------ */
@@ -145,7 +145,7 @@ static kt_mat3 basis_about(kt_mat3 basis, kt_vec3 n) {
 }
 
 /* Whether a joint moves in the plane of b->basis, whose third column is replaced by the axis of a revolute motion. */
-static bool keeps_to_plane(const kt_joint *joint, kt_body_plane *b) {
+static bool joint_moves_in_plane(const kt_joint *joint, kt_body_plane *b) {
     kt_element elements[KT_ELEMENT_MAX];
     const int count = kt_joint_elements(joint, elements);
     for (int k = 0; k < count; k++) {
@@ -177,7 +177,7 @@ static void check_planes(const kt_description *d, kt_body_plane *body, size_t co
         b->basis = above;
         if (!kt_mat3_is_same(r, kt_mat3_identity()))
             b->basis = kt_mat3_multiply(kt_mat3_transpose(r), b->basis);
-        if (!keeps_to_plane(joint, b))
+        if (!joint_moves_in_plane(joint, b))
             tree->plane = SPATIAL;
     }
 }

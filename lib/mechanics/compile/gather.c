@@ -76,7 +76,7 @@ static void measure_groups(kt_attach *a, kt_model *m) {
 }
 
 /* Lays out the groups one after the other in the lists of loops, links, coordinates, equations and matrices. */
-static void place_groups(kt_model *m) {
+static void number_groups(kt_model *m) {
     int32_t loop = 0, link = 0, v = 0, row = 0;
     m->n.entry = 0;
     for (size_t g = 0; g < m->n.group; g++) {
@@ -237,7 +237,7 @@ static void mark_linear_coordinates(kt_model *m) {
 
 void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
     measure_groups(a, m);
-    place_groups(m);
+    number_groups(m);
     kt_articulated_number(m);
     if (m->n.group)
         m->forward = kt_closed_forward;

@@ -94,7 +94,7 @@ static void end_trial(trial *t) {
 }
 
 /* Tests the tree at all positions. */
-static void judge_tree(trial *t, const kt_model *m, const kt_description *d) {
+static void check_tree_inertia(trial *t, const kt_model *m, const kt_description *d) {
     size_t found = 1;
     memset(t->moves, 0, 2 * m->n.link * sizeof *t->moves);
     for (int variant = 0; variant < VARIANTS && found; variant++) {
@@ -124,7 +124,7 @@ static bool mark_massless(const trial *t, kt_model *m, const kt_description *d) 
 
 static void find_faulty(trial *t, kt_model *m, const kt_description *d) {
     do
-        judge_tree(t, m, d);
+        check_tree_inertia(t, m, d);
     while (mark_massless(t, m, d));
     for (size_t i = 1; i < m->n.link; i++)
         if (t->still[i] && !t->moves[i])

@@ -17,11 +17,11 @@
 #include <stdio.h>
 #include <string.h>
 
-KT_ARENA_ARRAYS(place_rank_samples, kt_rank_samples, KT_RANK_SAMPLES_FIELDS, const kt_counts *n)
+KT_ARENA_ARRAYS(lay_out_rank_samples, kt_rank_samples, KT_RANK_SAMPLES_FIELDS, const kt_counts *n)
 
 /* Assigns slots to the nontrivial equations of a group, in their order, equations with a residual first. All other
  * equations get -1. */
-static void place_rows(kt_model *model, const kt_data *data, size_t g, const bool *nontrivial) {
+static void number_group_rows(kt_model *model, const kt_data *data, size_t g, const bool *nontrivial) {
     kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     int32_t *slot = model->slot + group->row, count = 0;
@@ -61,7 +61,7 @@ static void begin_ranks(kt_model *model, kt_data *data, bool *nontrivial) {
     (void)model->group_kernels->residuals(model, data, 0.0, model->q0, NULL, NULL, &violation);
     for (size_t g = 0; g < model->n.group; g++) {
         kt_group *group = &model->group[g];
-        place_rows(model, data, g, nontrivial);
+        number_group_rows(model, data, g, nontrivial);
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         const double least = kt_rank_least(model, group, &w);
         kt_form_choose_damped(model, group);
@@ -89,7 +89,7 @@ static void finish_ranks(kt_model *model, const kt_data *data, const kt_rank_sam
     }
     for (size_t g = 0; g < model->n.group; g++) {
         kt_group *group = &model->group[g];
-        place_rows(model, data, g, found->nontrivial);
+        number_group_rows(model, data, g, found->nontrivial);
         for (int rows = 0; rows < KT_ROWS_COUNT; rows++) { /* void equations contribute rounding errors only */
             const int32_t rank = found->rank[KT_ROWS_COUNT * g + (size_t)rows];
             group->rank[rows] = rank < group->count[rows] ? rank : group->count[rows];
@@ -159,12 +159,12 @@ kt_status kt_groups_rank(kt_model *model, kt_error *error) {
         return KT_ERROR_UNSUPPORTED;
     kt_data *data = NULL;
     kt_rank_samples found = {.places = false};
-    const size_t bytes = place_rank_samples(NULL, NULL, &model->n);
+    const size_t bytes = lay_out_rank_samples(NULL, NULL, &model->n);
     void *memory = kt_arena_allocate(bytes, "ranks", NULL);
     if (memory == NULL)
         return kt_error_set(error, KT_ERROR_MEMORY, NULL, "out of memory");
     memset(memory, 0, bytes);
-    (void)place_rank_samples(&found, memory, &model->n);
+    (void)lay_out_rank_samples(&found, memory, &model->n);
     kt_status status = kt_data_create(model, &data, error);
     if (status == KT_OK) {
         begin_ranks(model, data, found.nontrivial);

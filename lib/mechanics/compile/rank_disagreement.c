@@ -61,7 +61,7 @@ static bool motion_stays(const kt_model *model, kt_data *data, size_t g, const d
 
 /* Marks the groups that close neither in a sample nor from the given position. A group that closes from the given
  * position is only hard to sample, and its equations agree. */
-static void note_open_groups(kt_model *model, kt_data *data, kt_rank_samples *found) {
+static void mark_open_groups(kt_model *model, kt_data *data, kt_rank_samples *found) {
     model->disagreement = 0.0;
     memcpy(found->q, model->q0, model->n.q * sizeof *found->q);
     (void)kt_assemble_levenberg_marquardt(model, data, 0.0, NULL, KT_SEARCH_STUBBORN, found->q);
@@ -163,7 +163,7 @@ kt_status kt_rank_accept_disagreement(kt_model *model, kt_data *data, kt_rank_sa
     const double rounding = model->rounding;
     kt_status status = KT_OK;
     bool any = false;
-    note_open_groups(model, data, found);
+    mark_open_groups(model, data, found);
     for (size_t g = 0; status == KT_OK && g < model->n.group && model->tolerance > 0.0; g++) {
         bool undone = false;
         if (!found->sampled[g] || is_locked(model, g, found))

@@ -43,7 +43,7 @@ static bool closes_anywhere(const kt_loop_record *r) {
 }
 
 /* Marks the groups with such loops that are open in the given positions; returns whether such groups exist. */
-static bool mark_places(const kt_model *model, kt_data *data, bool *placed) {
+static bool mark_movable_ends(const kt_model *model, kt_data *data, bool *placed) {
     bool any = false;
     kt_violation violation;
     for (size_t i = 0; i < model->n.loop; i++)
@@ -60,7 +60,7 @@ static bool mark_places(const kt_model *model, kt_data *data, bool *placed) {
 }
 
 /* Moves the place of each loop to the position that its other end has at q. */
-static void move_places(kt_model *model, kt_pose *pose, const bool *placed, const double *q) {
+static void move_loop_ends(kt_model *model, kt_pose *pose, const bool *placed, const double *q) {
     kt_link_poses(model, q, pose);
     for (size_t i = 0; i < model->n.loop; i++) {
         const kt_loop_record *r = &model->loop[i];
@@ -83,13 +83,13 @@ static bool placed_are_closed(const kt_model *model, const kt_data *data, const 
     return all;
 }
 
-static void take_place_sample(kt_model *model, kt_data *data, kt_pose *pose, size_t sample, kt_rank_samples *found) {
+static void sample_moved_ends(kt_model *model, kt_data *data, kt_pose *pose, size_t sample, kt_rank_samples *found) {
     double *q = found->q + model->n.q;
     kt_violation violation;
     kt_rank_scatter(model, kt_rank_sample_size(sample), found->fraction, sample, data->delta);
     kt_position_add(model, model->q0, data->delta, q);
     for (int round = 0; round < ROUNDS; round++) {
-        move_places(model, pose, found->placed, q);
+        move_loop_ends(model, pose, found->placed, q);
         if (!model->group_kernels->residuals(model, data, 0.0, q, NULL, NULL, &violation) ||
             placed_are_closed(model, data, found->placed))
             return;
@@ -99,12 +99,12 @@ static void take_place_sample(kt_model *model, kt_data *data, kt_pose *pose, siz
     }
 }
 
-static void sample_places(kt_model *model, kt_data *data, kt_pose *pose, kt_rank_samples *found) {
+static void sample_with_moved_ends(kt_model *model, kt_data *data, kt_pose *pose, kt_rank_samples *found) {
     for (size_t g = 0; g < model->n.group; g++)
         found->fraction[g] = found->placed[g] ? 1.0 : 0.0;
     found->places = true;
     for (size_t s = 0; s < KT_RANK_SAMPLES; s++) {
-        take_place_sample(model, data, pose, s, found);
+        sample_moved_ends(model, data, pose, s, found);
         kt_rank_sample_groups(model, data, found->q + model->n.q, true, found);
     }
     found->places = false;
@@ -113,7 +113,7 @@ static void sample_places(kt_model *model, kt_data *data, kt_pose *pose, kt_rank
 kt_status kt_rank_sample_places(kt_model *model, kt_data *data, kt_rank_samples *found) {
     const size_t loops = model->n.loop * sizeof *model->loop;
     const size_t flats = model->n.planar ? model->n.loop * sizeof *model->planar_loop : 0;
-    if (!model->settable || !mark_places(model, data, found->placed))
+    if (!model->settable || !mark_movable_ends(model, data, found->placed))
         return KT_OK;
     kt_pool pool = {.chunks = NULL};
     place_samples kept;
@@ -125,7 +125,7 @@ kt_status kt_rank_sample_places(kt_model *model, kt_data *data, kt_rank_samples 
         memcpy(kept.loop, model->loop, loops);
         if (flats > 0)
             memcpy(kept.flat, model->planar_loop, flats);
-        sample_places(model, data, kept.pose, found);
+        sample_with_moved_ends(model, data, kept.pose, found);
         memcpy(model->loop, kept.loop, loops);
         if (flats > 0)
             memcpy(model->planar_loop, kept.flat, flats);

@@ -25,7 +25,8 @@ void kt_rank_scatter(const kt_model *model, double size, const double *fraction,
 static double vanishing_size(const kt_model *model) { return fmax(1e-12, model->rounding); }
 
 /* Marks the equations of a group that are nontrivial as last filled: the row or the residual is not zero. */
-static void note_nontrivial(const kt_model *model, const kt_group *group, const kt_group_work *w, bool *nontrivial) {
+static void mark_nontrivial_rows(const kt_model *model, const kt_group *group, const kt_group_work *w,
+                                 bool *nontrivial) {
     for (int32_t row = 0; row < group->row_count; row++) {
         const int32_t r = model->slot[group->row + row];
         double largest = 0.0;
@@ -36,9 +37,9 @@ static void note_nontrivial(const kt_model *model, const kt_group *group, const 
     }
 }
 
-/* As note_nontrivial, for a group that is reduced by fronts. Its A is not stored as a matrix, so that A x is tested for
+/* As mark_nontrivial_rows, for a group that is reduced by fronts. Its A is not stored as a matrix, so that A x is tested for
  * some generic x. (A single set of generic numbers would not suffice: the differences between them repeat.) */
-static void note_nontrivial_front(const kt_model *model, kt_data *data, size_t g, bool *nontrivial) {
+static void mark_nontrivial_front_rows(const kt_model *model, kt_data *data, size_t g, bool *nontrivial) {
     enum { VECTORS = 3 };
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
@@ -58,7 +59,7 @@ static void note_nontrivial_front(const kt_model *model, kt_data *data, size_t g
 
 /* Marks the equations that depend on time, too: if no motion can satisfy such an equation at some time, the run reports
  * this at that time. */
-static void note_driven(const kt_model *model, const kt_group *group, bool *nontrivial) {
+static void mark_driven_rows(const kt_model *model, const kt_group *group, bool *nontrivial) {
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
         for (int r = 0; r < loop->row_count && kt_loop_is_driven(loop); r++)
@@ -68,7 +69,7 @@ static void note_driven(const kt_model *model, const kt_group *group, bool *nont
 
 /* Stores the largest rank so far, and for this rank the largest size of the last direction; returns whether this sample
  * has both. */
-static bool note_rank(int32_t rank, double last, int32_t *most, double *usual) {
+static bool update_largest_rank(int32_t rank, double last, int32_t *most, double *usual) {
     if (rank < *most || (rank == *most && !(last > *usual)))
         return false;
     *usual = last;
@@ -101,8 +102,8 @@ void kt_rank_note_steps(const kt_model *model, const kt_data *data, const kt_gro
 }
 
 /* Stores which equations were chosen in the last factorisation. */
-static void note_chosen(const kt_model *model, const kt_group *group, const kt_group_work *w, int32_t rank,
-                        bool *chosen) {
+static void mark_chosen_equations(const kt_model *model, const kt_group *group, const kt_group_work *w, int32_t rank,
+                                  bool *chosen) {
     for (int32_t row = 0; row < group->row_count; row++) {
         chosen[group->row + row] = false;
         for (int32_t i = 0; i < rank; i++)
@@ -156,22 +157,22 @@ void kt_rank_sample_groups(kt_model *model, kt_data *data, const double *q, bool
             if ((closed ? !kt_rank_is_closed(model, data, g) : found->sampled[g]) ||
                 (found->places && !found->placed[g]))
                 continue;
-            const bool best = note_rank(data->rank[g], data->last[g], &found->rank[KT_ROWS_COUNT * g + (size_t)rows],
-                                        &group->usual[rows]);
+            const bool best = update_largest_rank(data->rank[g], data->last[g],
+                                                  &found->rank[KT_ROWS_COUNT * g + (size_t)rows], &group->usual[rows]);
             if (kt_group_has_fronts(group))
                 kt_rank_note_steps(model, data, group, rows, best, found);
             else if (best && model->reduction->chooses)
-                note_chosen(model, group, &w, data->rank[g], found->chosen + (size_t)rows * model->n.row);
+                mark_chosen_equations(model, group, &w, data->rank[g], found->chosen + (size_t)rows * model->n.row);
             if (rows != KT_ROWS_ALL)
                 continue;
             if (best)
                 keep_position(model, group, q, found->q + 2 * model->n.q);
             found->sampled[g] = true;
             if (kt_group_has_fronts(group))
-                note_nontrivial_front(model, data, g, found->nontrivial);
+                mark_nontrivial_front_rows(model, data, g, found->nontrivial);
             else
-                note_nontrivial(model, group, &w, found->nontrivial);
-            note_driven(model, group, found->nontrivial);
+                mark_nontrivial_rows(model, group, &w, found->nontrivial);
+            mark_driven_rows(model, group, found->nontrivial);
             for (int32_t row = 0; row < group->row_count && !closed; row++)
                 found->nontrivial[group->row + row] = true;
         }

@@ -77,7 +77,7 @@ typedef struct repair {
     KT_ARENA_DECLARE(REPAIR_FIELDS)
 } repair;
 
-KT_ARENA_ARRAYS(place_repair, repair, REPAIR_FIELDS, size_t n, size_t k, size_t m, size_t nq)
+KT_ARENA_ARRAYS(lay_out_repair, repair, REPAIR_FIELDS, size_t n, size_t k, size_t m, size_t nq)
 
 /* ---- ends -------------------------------------------------------------------------------------------------------- */
 
@@ -90,7 +90,7 @@ static kt_mat3 turned_by(kt_mat3 rotation, const double *by) {
 }
 
 /* Computes the numbers of a loop that depend on its ends. */
-static void note_ends(kt_model *model, kt_loop_record *loop) {
+static void update_loop_ends(kt_model *model, kt_loop_record *loop) {
     if (model->n.planar_loop > 0 && kt_group_is_planar(model, &model->group[loop->group]))
         kt_planar_ends(model, loop, &model->planar_loop[loop - model->loop]);
 }
@@ -102,7 +102,7 @@ void kt_loops_place_ends(kt_model *model, const kt_pose *ends) {
             continue;
         loop->frame[0] = ends[2 * i];
         loop->frame[1] = ends[2 * i + 1];
-        note_ends(model, loop);
+        update_loop_ends(model, loop);
     }
 }
 
@@ -118,7 +118,7 @@ static void place_ends(const repair *u, int l) {
         loop->frame[k].rotation = turned_by(given->rotation, p + 3);
     }
     if (loop->term_count == 0)
-        note_ends(u->model, loop);
+        update_loop_ends(u->model, loop);
 }
 
 double kt_group_note_disagreement(kt_model *model, const kt_data *data, size_t g) {
@@ -507,12 +507,12 @@ kt_status kt_group_repair(kt_model *model, kt_data *data, size_t g, const double
         u.k + u.m > SIZE_MAX_OF_GROUP)
         return KT_OK;
     const size_t n = (size_t)u.count, k = (size_t)u.k, m = (size_t)u.m, nq = model->n.q;
-    const size_t bytes = place_repair(NULL, NULL, n, k, m, nq);
+    const size_t bytes = lay_out_repair(NULL, NULL, n, k, m, nq);
     void *memory = kt_arena_allocate(bytes, "the repair of a group", NULL);
     if (memory == NULL)
         return KT_ERROR_MEMORY;
     memset(memory, 0, bytes);
-    (void)place_repair(&u, memory, n, k, m, nq);
+    (void)lay_out_repair(&u, memory, n, k, m, nq);
     *found = repair_group_rows(&u, q);
     kt_aligned_release(memory);
     if (!*found)

@@ -27,31 +27,31 @@ static bool gives_finite_numbers(const kt_loop_record *loop, const kt_loop_equat
            (loop->given != KT_LOOP_GIVES_ALL || isfinite(equation->drift));
 }
 
-static int note_rejection(void *user, double t, const kt_loop_motion *motion, kt_loop_equation *equations) {
-    rejection *noted = user;
-    const int code = noted->loop->equations(noted->loop->user, t, motion, equations);
-    noted->code = noted->code != 0 ? noted->code : code;
-    for (int r = 0; r < noted->loop->row_count; r++)
-        noted->finite = noted->finite && gives_finite_numbers(noted->loop, &equations[r]);
+static int record_rejection(void *user, double t, const kt_loop_motion *motion, kt_loop_equation *equations) {
+    rejection *recorded = user;
+    const int code = recorded->loop->equations(recorded->loop->user, t, motion, equations);
+    recorded->code = recorded->code != 0 ? recorded->code : code;
+    for (int r = 0; r < recorded->loop->row_count; r++)
+        recorded->finite = recorded->finite && gives_finite_numbers(recorded->loop, &equations[r]);
     return code;
 }
 
 int KT_KERNEL(kt_loop_rejecting)(const kt_model *model, const kt_data *data, double t, const double *v, int *code) {
     assert(kt_data_serve(model, data));
     for (size_t i = 0; i < model->n.loop; i++) {
-        rejection noted = {.loop = &model->loop[i], .finite = true};
+        rejection recorded = {.loop = &model->loop[i], .finite = true};
         kt_loop_record loop = model->loop[i];
         kt_loop_row rows[KT_LOOP_ROW_MAX];
         kt_loop_end end[2];
         if (loop.kind != KT_LOOP_KIND_CUSTOM || kt_loop_is_off(&loop))
             continue;
-        loop.equations = note_rejection;
-        loop.user = &noted;
+        loop.equations = record_rejection;
+        loop.user = &recorded;
         for (int k = 0; k < 2; k++)
             kt_end_follow(model, data, &model->loop[i], k, true, v, &end[k]);
         (void)KT_KERNEL(kt_loop_kinds)[loop.kind]->evaluate(&loop, model->number, end, t, rows);
-        *code = noted.code;
-        if (*code != 0 || !noted.finite)
+        *code = recorded.code;
+        if (*code != 0 || !recorded.finite)
             return (int)i;
     }
     return -1;

@@ -2,7 +2,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "constraint/self_stress.h"
 
-KT_ARENA_ARRAYS(place_stress, kt_stress, KT_STRESS_FIELDS, const kt_stress *s)
+KT_ARENA_ARRAYS(lay_out_stress, kt_stress, KT_STRESS_FIELDS, const kt_stress *s)
 
 enum { SINGULAR = 2 };
 
@@ -50,7 +50,7 @@ static kt_stress stress_sizes(const kt_model *model, const kt_group *group) {
 
 kt_stress kt_stress_of(const kt_model *model, const kt_data *data, size_t g) {
     kt_stress s = stress_sizes(model, &model->group[g]);
-    (void)place_stress(&s, data->stress + model->group[g].stress, &s);
+    (void)lay_out_stress(&s, data->stress + model->group[g].stress, &s);
     return s;
 }
 
@@ -70,7 +70,7 @@ void kt_stress_plan(kt_model *model) {
         kt_group *group = &model->group[g];
         const kt_stress s = stress_sizes(model, group);
         const size_t bytes =
-            s.redundant > 0 && group->rank[KT_ROWS_ALL] < group->row_count ? place_stress(NULL, NULL, &s) : 0;
+            s.redundant > 0 && group->rank[KT_ROWS_ALL] < group->row_count ? lay_out_stress(NULL, NULL, &s) : 0;
         group->redundancy = bytes == 0                  ? KT_REDUNDANCY_NONE
                             : bytes > stress_bytes_most ? KT_REDUNDANCY_LARGE
                                                         : KT_REDUNDANCY_SHARED;

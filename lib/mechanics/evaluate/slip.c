@@ -46,7 +46,7 @@ static const double wedged = 1e-3;
 /* ---- forces ------------------------------------------------------------------------------------------------------ */
 
 /* The slip velocity s on the side of the direction d in which slip began. Its part across d counts from `still` on. */
-static void keep_side_of_slip(const double s[2], const double d[2], double still, double *x, double *y) {
+static void restrict_to_half_plane_of_slip(const double s[2], const double d[2], double still, double *x, double *y) {
     const double along = s[0] * d[0] + s[1] * d[1], across = d[0] * s[1] - d[1] * s[0];
     const double beyond = fabs(across) > still ? fabs(across) - still : 0.0;
     const double side = copysign(beyond, along < 0.0 ? -across : across);
@@ -58,7 +58,7 @@ static void keep_side_of_slip(const double s[2], const double d[2], double still
 static void slip_direction_of(const double s[2], const double d[2], double still, double e[2]) {
     double x = s[0], y = s[1];
     if (d[0] != 0.0 || d[1] != 0.0)
-        keep_side_of_slip(s, d, still, &x, &y);
+        restrict_to_half_plane_of_slip(s, d, still, &x, &y);
     const double norm = kt_hypot(x, y);
     e[0] = norm > 0.0 ? x / norm : 0.0;
     e[1] = norm > 0.0 ? y / norm : 0.0;

@@ -196,7 +196,7 @@ static double open_size(const sharing *w, int i) {
 }
 
 /* Sets the bits of the components whose rows of W are not zero. */
-static void note_open(const sharing *w, int row, int32_t body, int32_t loop, void *context) {
+static void mark_undetermined_reaction(const sharing *w, int row, int32_t body, int32_t loop, void *context) {
     const shares_of *r = context;
     kt_reaction_share *to = body >= 0 ? &r->joints[body] : &r->loops[loop];
     to->length = w->model->group[w->g].stress_length;
@@ -205,7 +205,7 @@ static void note_open(const sharing *w, int row, int32_t body, int32_t loop, voi
             to->open |= 1U << (i < 3 ? i + 3 : i < KT_STRESS_RELATION ? i - 3 : i);
 }
 
-static void note_large(const kt_model *model, const kt_group *group, kt_reaction_share *loops) {
+static void mark_large_multipliers(const kt_model *model, const kt_group *group, kt_reaction_share *loops) {
     for (int i = 0; i < group->loop_count; i++)
         if (kt_stress_shares(&model->loop[model->group_loop[group->loop + i]]))
             loops[model->group_loop[group->loop + i]].is_too_large = true;
@@ -226,7 +226,7 @@ kt_status kt_reaction_shares(const kt_model *model, kt_data *data, double t, con
         loops[i] = (kt_reaction_share){.open = 0};
     for (size_t g = 0; g < model->n.group; g++)
         if (model->group[g].redundancy == KT_REDUNDANCY_LARGE)
-            note_large(model, &model->group[g], loops);
+            mark_large_multipliers(model, &model->group[g], loops);
     if (model->n.stress == 0)
         return KT_OK;
     const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
@@ -238,7 +238,7 @@ kt_status kt_reaction_shares(const kt_model *model, kt_data *data, double t, con
         sharing w = sharing_of(model, data, g);
         visit_stress(&w, set_weights, w.s.value);
         w.d = factor_objective(&w);
-        visit_stress(&w, note_open, &r);
+        visit_stress(&w, mark_undetermined_reaction, &r);
     }
     return KT_OK;
 }

@@ -270,7 +270,7 @@ KT_INLINE void reflect_free(const kt_front *f, const double *scale, int rank, in
 
 /* Reflects the parameters so that only the first of them change the vectors in slots. Returns the number of parameters
  * that change them. */
-KT_INLINE int keep_coupled(const kt_front *f, kt_front_count *count, int s) {
+KT_INLINE int store_coupled_parameters(const kt_front *f, kt_front_count *count, int s) {
     const int n = count->left, vectors = copy_coupled(f, n), end = kt_front_padded(n);
     double *scale = f->z;
     kt_front_factor x;
@@ -350,7 +350,7 @@ KT_INLINE bool factor_step(kt_front *f, int s, const front_goal *goal, found *at
     at->pivots += count->rows - count->delayed;
     count->vectors = count_vectors(f);
     count->left = n - count->rank;
-    at->params = count->kept = keep_coupled(f, count, s);
+    at->params = count->kept = store_coupled_parameters(f, count, s);
     return true;
 }
 

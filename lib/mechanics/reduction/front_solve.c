@@ -43,13 +43,13 @@ KT_INLINE void reflect_energy(const kt_front *f, const double *u, double t, int 
 
 /* The reflector of an equation, or one of n entries that are all stored, behind the parent's acceleration; of `all`
  * entries in f->spare. */
-KT_INLINE void place_row(const kt_front *f, const double *row, int head, int base, int all) {
+KT_INLINE void expand_equation_row(const kt_front *f, const double *row, int head, int base, int all) {
     memset(f->spare, 0, (size_t)kt_front_padded(all) * sizeof *f->spare);
     f->spare[base + head] = 1.0;
     for (int i = head + 1; i < all - base; i++)
         f->spare[base + i] = row[i];
 }
-KT_INLINE void place_reflector(const kt_front *f, const double *u, int base, int all) {
+KT_INLINE void expand_reflector_to_rows(const kt_front *f, const double *u, int base, int all) {
     memset(f->spare, 0, (size_t)kt_front_padded(all) * sizeof *f->spare);
     memcpy(f->spare + base, u, (size_t)(all - base) * sizeof *u);
 }
@@ -84,7 +84,8 @@ KT_INLINE void remove_params(const kt_front *f, int at, int count, int all) {
 }
 
 /* T of a link by components: the parent's acceleration at the link's origin, then the parameters. */
-KT_INLINE void place_motion(const kt_front *f, const kt_front_step *step, const double *motion, int base, int n) {
+KT_INLINE void expand_joint_motion(const kt_front *f, const kt_front_step *step, const double *motion, int base,
+                                   int n) {
     const int c = f->components, end = kt_front_padded(base + n);
     double *t = f->product;
     for (int i = 0; i < base; i++) {
@@ -138,7 +139,7 @@ KT_INLINE void apply_link_inertia(const kt_front *f, const kt_front_step *step, 
     for (int k = 0; k < c; k++)
         for (int j = 0; j < c; j++)
             bias[k] += inertia[j * c + k] * constant[j];
-    place_motion(f, step, motion, base, n);
+    expand_joint_motion(f, step, motion, base, n);
     if (c == KT_FRONT_SPACE)
         add_energy(f, KT_FRONT_SPACE, base + n, inertia, bias);
     else
@@ -158,7 +159,7 @@ KT_INLINE void find_y(const kt_front *f, int s, const kt_front_factor *x) {
 }
 
 /* Keeps `columns` columns of the energy from entry `at` on, `rows` of each, if the caller requested them. */
-KT_INLINE void keep_energy(const kt_front *f, int at, int columns, int from, int rows) {
+KT_INLINE void store_energy_rows(const kt_front *f, int at, int columns, int from, int rows) {
     for (int c = at; f->kept && c < at + columns; c++, *f->kept += rows)
         memcpy(*f->kept, f->energy + c * f->stride + from, (size_t)rows * sizeof **f->kept);
 }
@@ -167,10 +168,10 @@ KT_INLINE void keep_energy(const kt_front *f, int at, int columns, int from, int
 KT_INLINE void impose(const kt_front *f, int s, const kt_front_factor *x, int base) {
     const int n = f->count[s].params, rank = f->count[s].rank, all = base + n, stride = f->stride;
     for (int j = 0; j < rank; j++) {
-        place_row(f, x->rows + j * n, j, base, all);
+        expand_equation_row(f, x->rows + j * n, j, base, all);
         reflect_energy(f, f->spare, x->scale[j], base + j, all);
     }
-    keep_energy(f, base, rank, 0, all);
+    store_energy_rows(f, base, rank, 0, all);
     for (int j = 0; j < rank; j++)
         kt_front_add(-x->y[j], f->energy + (base + j) * stride, all, f->pull);
     remove_params(f, base, rank, all);
@@ -244,12 +245,12 @@ KT_INLINE bool minimise(const kt_front *f, int s, const kt_front_factor *x, int 
         return true;
     for (int j = 0; j < count->reflectors; j++) {
         const double *v = x->coupled + j * kt_front_padded(count->left);
-        place_reflector(f, v, base, all);
+        expand_reflector_to_rows(f, v, base, all);
         reflect_energy(f, f->spare, x->coupled_scale[j], base + (count->reflectors == count->kept ? j : 0), all);
     }
     if (!kt_dense_cholesky(f->energy + t * (f->stride + 1), (size_t)f->stride, u, judge ? f->size + t : NULL))
         return false;
-    keep_energy(f, t, u, t, u);
+    store_energy_rows(f, t, u, t, u);
     memcpy(x->free, f->pull + t, (size_t)u * sizeof *x->free);
     solve_lower(f, t, u, x->free);
     couple(f, t, u, x->free, x->gain);
@@ -263,7 +264,7 @@ KT_INLINE bool minimise(const kt_front *f, int s, const kt_front_factor *x, int 
 }
 
 /* The least coordinates: all parameters that nothing sees are zero. */
-KT_INLINE void keep_free(const kt_front *f, int s, const kt_front_factor *x) {
+KT_INLINE void store_minimisers(const kt_front *f, int s, const kt_front_factor *x) {
     const size_t u = (size_t)(f->count[s].left - f->count[s].kept);
     memset(x->free, 0, u * sizeof *x->free);
     memset(x->gain, 0, u * (size_t)kt_front_padded(f->count[s].kept) * sizeof *x->gain);
@@ -323,7 +324,7 @@ KT_INLINE bool reduce_steps(kt_front *f, const kt_front_aim *aim, int base, bool
         if (count->rank)
             add_y(f, f->constant, x.early, count->rank, x.y);
         if (least)
-            keep_free(f, s, &x);
+            store_minimisers(f, s, &x);
         else if (!minimise(f, s, &x, base, dynamics))
             return false;
         params = count->kept;

@@ -136,8 +136,8 @@ KT_INLINE kt_real1 inertia_along(const kt_link *link, kt_real3 s, const kt_artic
 
 /* Stores the inverse inertia of a link in a group of the form of Delassus, for delassus.c, or in a group in range
  * space, for half_columns.c. Such a link counts as a link of the tree. Returns whether the link is also eliminated. */
-KT_INLINE bool keep_inverse(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau, kt_articulated *x,
-                            double armature) {
+KT_INLINE bool store_inverse_inertia(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
+                                     kt_articulated *x, double armature) {
     const kt_link *link = &model->link[i];
     kt_delassus d;
 #ifndef KT_LANES
@@ -234,7 +234,8 @@ KT_INLINE kt_elimination eliminate_with(const kt_model *model, kt_data *data, si
         lock(model, data, i, tau, x);
         return KT_ELIMINATION_PASSED;
     }
-    if (delassus && keep_inverse(model, data, i, tau, x, has_armature ? model->armature[model->link[i].v] : 0.0))
+    if (delassus &&
+        store_inverse_inertia(model, data, i, tau, x, has_armature ? model->armature[model->link[i].v] : 0.0))
         return KT_ELIMINATION_PASSED;
     return joint(model, data, i, tau, x, NULL);
 }

@@ -356,7 +356,7 @@ static kt_status begin_lane_step(kt_ensemble *e, kt_ensemble_lane *l) {
 }
 
 /* Accepts or rejects the tried step. A step in which an event happens is repeated up to the event. */
-static kt_status judge_lane_try(kt_ensemble *e, kt_ensemble_lane *l) {
+static kt_status end_lane_try(kt_ensemble *e, kt_ensemble_lane *l) {
     kt_simulation *s = l->member.simulation;
     bool again;
     kt_ensemble_clear(&e->from);
@@ -421,7 +421,7 @@ static bool take_next_simulation(kt_ensemble *e, source *from, kt_ensemble_lane 
 }
 
 /* Hands over all records up to the present, and gives the lanes of simulations that have ended to others. */
-static void fill_free_lanes(kt_ensemble *e, source *from) {
+static void fill_idle_lanes(kt_ensemble *e, source *from) {
     for (bool again = true; again;) {
         again = false;
         for (size_t i = 0; i < e->n.width; i++) {
@@ -457,10 +457,10 @@ static size_t begin_all(kt_ensemble *e, const source *from) {
     return lanes;
 }
 
-static void judge_all(kt_ensemble *e, const source *from) {
+static void end_tries(kt_ensemble *e, const source *from) {
     for (size_t i = 0; i < e->n.width; i++) {
         kt_ensemble_lane *l = &e->lane[i];
-        const kt_status status = l->member.simulation ? judge_lane_try(e, l) : KT_OK;
+        const kt_status status = l->member.simulation ? end_lane_try(e, l) : KT_OK;
         if (status != KT_OK)
             end_lane(from, l, status, &l->error);
     }
@@ -471,12 +471,12 @@ kt_status kt_ensemble_run(kt_ensemble *e, kt_ensemble_next *next, kt_ensemble_do
         return KT_ERROR_ARGUMENT;
     source from = {.next = next, .done = done, .user = user};
     do {
-        fill_free_lanes(e, &from);
+        fill_idle_lanes(e, &from);
         from.pause -= from.pause > 0;
         if (begin_all(e, &from) == 0)
             break;
         try_steps(e);
-        judge_all(e, &from);
+        end_tries(e, &from);
     } while (true);
     return KT_OK;
 }

@@ -287,7 +287,7 @@ static void move_slopes(kt_step_work *w, kt_coupled c, double lambda, const doub
         }
 }
 
-static void keep_slopes(const kt_step_work *w, kt_coupled c, double *to) {
+static void store_stage_slopes(const kt_step_work *w, kt_coupled c, double *to) {
     const size_t N = kt_state_numbers(w->model), m = w->unknowns;
     for (size_t i = c.first; i < c.end; i++)
         memcpy(to + (i - c.first) * m, w->slope + i * N + N - m, m * sizeof *to);
@@ -326,7 +326,7 @@ static kt_status solve_damped(kt_step_work *w, kt_coupled c, kt_error *error) {
             return status;
         size = slope_size_of(w, c, w->correction);
         bool nearer = false;
-        keep_slopes(w, c, w->from);
+        store_stage_slopes(w, c, w->from);
         memcpy(w->taken, w->correction, bytes);
         for (int halved = 0; halved <= HALVINGS && !nearer && size > 1.0; halved++) {
             const double lambda = ldexp(1.0, -halved);
@@ -382,12 +382,12 @@ static void take_guess(kt_step_work *w, kt_coupled c) {
  * Otherwise the slopes and their residual are those of the last iteration, or of the guess if the guess is nearer. */
 static kt_status solve_without(kt_step_work *w, kt_coupled c, bool *done, kt_error *error) {
     double size = slope_size_of(w, c, w->correction), theta = 0.0;
-    keep_slopes(w, c, w->guess);
+    store_stage_slopes(w, c, w->guess);
     memcpy(w->taken, w->correction, (c.end - c.first) * w->unknowns * sizeof *w->taken);
     *done = false;
     for (int k = 0; theta <= QUICK && !*done; k++) {
         const double last = size;
-        keep_slopes(w, c, w->from);
+        store_stage_slopes(w, c, w->from);
         move_slopes(w, c, 1.0, w->from, w->correction);
         *done = k > 0 && theta / (1.0 - theta) * size <= 1.0;
         const kt_status status = *done ? KT_OK : find_slope_residual(w, c, error);
@@ -420,7 +420,7 @@ static kt_status linearize(kt_step_work *w, kt_coupled c, kt_error *error) {
  * *slow is true, and the slopes are those at the beginning. */
 static kt_status solve_simplified(kt_step_work *w, kt_coupled c, bool *slow, kt_error *error) {
     double last = HUGE_VAL;
-    keep_slopes(w, c, w->guess);
+    store_stage_slopes(w, c, w->guess);
     *slow = false;
     for (int k = 0; k < ITERATIONS; k++) {
         const kt_status status = k ? find_slope_residual(w, c, error) : KT_OK;
@@ -431,7 +431,7 @@ static kt_status solve_simplified(kt_step_work *w, kt_coupled c, bool *slow, kt_
         const bool shrinks = theta <= SLOW;
         if (!(shrinks || size <= ROUNDED))
             break;
-        keep_slopes(w, c, w->from);
+        store_stage_slopes(w, c, w->from);
         move_slopes(w, c, 1.0, w->from, w->correction);
         if (k > 0 && (!shrinks || theta / (1.0 - theta) * size <= 1.0)) {
             form_coupled(w, c);
