@@ -99,7 +99,7 @@ static bool depends(const kt_reader *r, const kt_expression *expression, bool *i
     return varies;
 }
 
-static void add_pending(kt_reader *r, kt_node *node, const kt_expression *expression, bool is_assigned) {
+static void add_pending_binding(kt_reader *r, kt_node *node, const kt_expression *expression, bool is_assigned) {
     kt_scene_variables *v = r->scene->varying;
     kt_pending_binding *pending =
         kt_reader_grow(r, &r->scratch, v->pending, v->pending_count, 1, &v->pending_room, sizeof *pending);
@@ -112,7 +112,7 @@ static void add_pending(kt_reader *r, kt_node *node, const kt_expression *expres
 
 void kt_varying_note_fixed(kt_reader *r, kt_node *node, bool is_assigned) {
     if (r->scene->varying != NULL)
-        add_pending(r, node, NULL, is_assigned);
+        add_pending_binding(r, node, NULL, is_assigned);
 }
 
 void kt_varying_note(kt_reader *r, kt_node *node, const kt_expression *expression) {
@@ -124,7 +124,7 @@ void kt_varying_note(kt_reader *r, kt_node *node, const kt_expression *expressio
     if (kept == NULL && expression != NULL)
         (void)kt_reader_out_of_memory(r);
     else
-        add_pending(r, node, kept, is_assigned);
+        add_pending_binding(r, node, kept, is_assigned);
 }
 
 const kt_expression *kt_expression_keep(kt_pool *pool, const kt_expression *expression) {

@@ -21,8 +21,8 @@ void kt_varying_note(kt_reader *r, kt_node *node, const kt_expression *expressio
 /* Whether a node is the value of a variable itself. */
 bool kt_is_varied(const kt_reader *r, const kt_node *node);
 
-/* Notes that something has been made of a parameter, here, that no later value can change; is_assigned: of one that an
- * event sets. */
+/* Records that this node of the scene has used a parameter for something that later values cannot change, such as a
+ * type or a size. is_assigned: an event sets the parameter. */
 void kt_varying_note_fixed(kt_reader *r, kt_node *node, bool is_assigned);
 
 /* Records that the number of a node is in *at and nowhere else; with `positive` it is to be above 0. Returns whether it

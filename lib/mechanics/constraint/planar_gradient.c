@@ -51,7 +51,9 @@ static void carry(const gradient *g, kt_v2 r, point *x) {
     x->linear += scaled(x->alpha, turned) - scaled(x->w[MOTION] * x->w[MOTION], r);
 }
 
-/* Adds the motion of the joint; e: the axis of a prismatic joint. */
+/* Adds the motion of joint i to the motion of a point:
+ *     revolute            w_f += p_f,      alpha += a_i
+ *     prismatic along e   d'_f += p_f e,   d'' += a_i e + 2 w v_i J e */
 static void move_along_joint(const gradient *g, const kt_planar_link *link, kt_v2 e, point *x) {
     const int32_t i = link->v;
     const double sign = link->revolute ? link->sign : 0.0, w = x->w[MOTION];

@@ -18,13 +18,15 @@
 
 #include <assert.h>
 
+/* x = M^-1 tau: the accelerations without velocities and gravity */
 size_t KT_KERNEL(kt_planar_respond)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *zero,
                                     const kt_real1 *tau, kt_real1 *x) {
     assert(kt_data_serve(model, data));
-    const kt_const1 still[2] = {kt_real1_splat(0.0), kt_real1_splat(0.0)};
+    const kt_const1 no_gravity[2] = {kt_real1_splat(0.0), kt_real1_splat(0.0)};
     kt_planar_articulated_motions(model, data, q, zero, NULL);
-    return model->has_armature ? kt_planar_articulated_solve(model, data, tau, kt_planar_eliminate_armature, still, x)
-                               : kt_planar_articulated_solve(model, data, tau, kt_planar_eliminate_joint, still, x);
+    return model->has_armature
+               ? kt_planar_articulated_solve(model, data, tau, kt_planar_eliminate_armature, no_gravity, x)
+               : kt_planar_articulated_solve(model, data, tau, kt_planar_eliminate_joint, no_gravity, x);
 }
 
 /* The link's own sums. */
@@ -42,7 +44,7 @@ KT_INLINE void set_link_wrenches(const kt_planar_link *link, const kt_planar_mot
 
 KT_INLINE void forward_pass(const kt_model *model, kt_data *data, const kt_plane *plane, const kt_gradient_state *at,
                             const kt_real1 *w, kt_planar_gradient_link *links) {
-    const kt_const1 still[2] = {kt_real1_splat(0.0), kt_real1_splat(0.0)};
+    const kt_const1 no_gravity[2] = {kt_real1_splat(0.0), kt_real1_splat(0.0)};
     const kt_real2 none = kt_make2(kt_real1_splat(0.0), kt_real1_splat(0.0));
     kt_planar_motion *motion = data->planar;
     kt_planar_ground_set(at->weightless ? still : plane->gravity, &motion[0]);

@@ -545,6 +545,7 @@ static void add_force_rates(const kt_half *h, const kt_v4 *column, const kt_v4 *
     }
 }
 
+/* For LANES forces f at a time: their half columns u = H f, and the changes x = -S^-1 U D u of the multipliers. */
 void KT_KERNEL(kt_half_respond)(const kt_model *model, const kt_data *data, size_t g, const kt_half_force *force,
                                 int count, double *column, double *change, double *rate) {
     assert(count > 0);

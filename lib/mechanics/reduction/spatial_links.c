@@ -255,6 +255,8 @@ static kt_elimination eliminate_armature(const kt_model *model, kt_data *data, s
     return done;
 }
 
+/* The acceleration of link i in the forward pass. A group accelerates at its first link. With `delassus`, the links of
+ * groups in the form of Delassus accelerate one by one, as in a tree. */
 KT_INLINE void respond_to(const kt_model *model, kt_data *data, size_t i, bool delassus, kt_real1 *a) {
     const kt_link *link = &model->link[i];
     if (link->group < 0 || (delassus && is_special(model, data, link->group))) {

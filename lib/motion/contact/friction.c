@@ -274,7 +274,9 @@ static kt_coulomb *set_problem(const kt_simulation *simulation, const double *W,
     return p;
 }
 
-/* Sets the direction of slip of item i, its normal force, and by how much this changes slip by friction. */
+/* Sets the direction in which the contact of item i begins to slip, its normal force, and the change of slip by a unit
+ * of normal force, mu (W_11 + W_22) / 2 with the two tangential rows. If the solution is that of an implicit step, the
+ * direction is the present one. */
 static void begin_slip(kt_simulation *simulation, int i) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_coulomb_item *item = &c->problem->item[i];

@@ -119,7 +119,8 @@ bool kt_contact_has_lever(const struct kt_contacts *c, int k, double own, double
     return own * square > lever * lever * unit * unit;
 }
 
-/* Spares contacts of the selected island. Returns whether any contact was spared. */
+/* Spares the rows of the selected island that other loops hold: forces have no lever against them, and they are at
+ * rest. A contact (i < meeting) may part, dry friction may not slip either way. Returns whether any row was spared. */
 static bool spare_held_of_island(const kt_simulation *simulation, double square) {
     struct kt_contacts *c = simulation->contacts;
     bool any = false;

@@ -53,6 +53,7 @@ static int next_sticking(const struct kt_contacts *c, const kt_model *model, int
     return k;
 }
 
+/* lambda_i = S_i sum(lambda) / sum(S) over the friction that sticks in one joint rate */
 void kt_contacts_share_load(const struct kt_contacts *c, const kt_model *model, double *multiplier) {
     for (int k = c->sides; k < c->n; k++) {
         const int v = c->item[k].v;
@@ -127,6 +128,7 @@ double kt_contacts_along(const struct kt_contacts *c, int k, const double *x) {
     return sum;
 }
 
+/* W_ik = J_i (M^-1 J')_k */
 double kt_contacts_product(const struct kt_contacts *c, int i, int k) {
     const kt_contact_line line = kt_contacts_line(c, i);
     const double *response = c->response + (size_t)k * c->all->n.v;

@@ -64,9 +64,10 @@ void kt_dense_state(const kt_integrator *it, double t, size_t slots, double *con
         y_out[i] += part * (y1[i] - y0[i]);
 }
 
+/* y0 + theta h f0 + theta^2 (y1 - y0 - h f0),   theta = (t - t0) / (t1 - t0) */
 bool kt_integrator_sketch(const kt_integrator *it, double t, double *y_out) {
-    const bool is_free = it->derivative_slot >= 0 && (it->dense_known || it->table->dense_stages == 0);
-    if (it->family->interpolate != kt_table_interpolate || !it->stages_known || is_free)
+    const bool has_all_slopes = it->derivative_slot >= 0 && (it->dense_known || it->table->dense_stages == 0);
+    if (it->family->interpolate != kt_table_interpolate || !it->stages_known || has_all_slopes)
         return false;
     const double t0 = it->memory.previous_t, theta = (t - t0) / (it->memory.t - t0), h = it->memory.last_step;
     const double *y0 = it->previous_y, *y1 = it->y, *f0 = it->k[0];

@@ -61,8 +61,9 @@ static const double kronrod[8] = {0.022935322010529224963732, 0.0630920926299785
 static const double gauss[8] = {0.0, 0.129484966168869693270611, 0.0, 0.279705391489276667901468,
                                 0.0, 0.381830050505118944950370, 0.0, 0.417959183673469387755102};
 
-/* Node j of 15, in rising order: its index in the tables, whose nodes fall to 0, and its signed value. */
-static int node_place_of(int j) { return j < 8 ? j : 14 - j; }
+/* The rule has 15 nodes in [-1, 1], symmetric to 0. The tables have those from 1 down to 0. The functions return the
+ * index of node j in the tables, and node j itself; j counts from -1 to 1. */
+static int node_index(int j) { return j < 8 ? j : 14 - j; }
 static double node_at(int j) { return j < 8 ? -node[j] : node[14 - j]; }
 
 static kt_work work_add(kt_work work, double factor, kt_power power) {
@@ -95,7 +96,7 @@ static void expand_panel(kt_work_panel *panel, const kt_power power[NODES]) {
         double before = 0.0, now = 1.0;
         for (int m = 0; m < KT_PANEL_TERMS; m++) {
             const double k = (double)m, next = ((2.0 * k + 1.0) * node_at(j) * now - k * before) / (k + 1.0);
-            panel->b[m] = work_add(panel->b[m], quarter * kronrod[node_place_of(j)] * now, power[j]);
+            panel->b[m] = work_add(panel->b[m], quarter * kronrod[node_index(j)] * now, power[j]);
             before = now;
             now = next;
         }
@@ -116,7 +117,7 @@ static double panel_error_of(const kt_simulation *simulation, const kt_work_pane
     const kt_work *b = panel->b + KT_PANEL_TERMS - 2;
     kt_work difference = {0.0, 0.0}, turned = {0.0, 0.0};
     for (int j = 0; j < NODES; j++) {
-        const int at = node_place_of(j);
+        const int at = node_index(j);
         const kt_power p = power[j], size = {fabs(p.dissipated), fabs(p.supplied)};
         difference = work_add(difference, half * (kronrod[at] - gauss[at]), p);
         turned = work_add(turned, half * kronrod[at], size);

@@ -450,7 +450,8 @@ static void solve_free(const kt_simulation *s, vector x) {
         kt_lu_solve(s->newton->real, n, s->newton->pivot, x.re);
 }
 
-/* r_v becomes x_v, and r_x behind it becomes x_x. `velocity` is P S r_q, and scratch afterwards. */
+/* Solves for x_v and x_x of a mechanism without loops, with the right-hand sides M r_v - K u and r_x - F_q u, where
+ * u = P S r_q (`velocity`, which becomes scratch). On entry r_x lies behind r_v; x_v and x_x replace them. */
 static void solve_tree(const kt_simulation *s, vector velocity, vector r_v) {
     const size_t nv = s->size.nv, states = s->size.states;
     const vector x = work_of(s, 1, r_v.im != NULL);

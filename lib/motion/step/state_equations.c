@@ -241,6 +241,8 @@ kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, 
     return kt_error_set(error, KT_ERROR_NOT_FINITE, NULL, "a quaternion has become zero");
 }
 
+/* A position or a velocity of a drive jumps between the times `before` and `after`. A step that ends there (`strikes`)
+ * closes the loops before the jump, a step that begins there (`struck`) closes them after the jump. */
 double kt_simulation_closing_time(const kt_simulation *simulation, double t) {
     const kt_breakpoints *c = &simulation->breakpoints;
     if (c->strikes && t > c->before && t <= c->end)

@@ -106,6 +106,7 @@ kt_op33 kt_op33_rotate(kt_graph *g, const kt_op33 *r, const kt_op33 *h) {
     return kt_op33_multiply(g, &half, &back);
 }
 
+/* R = (1 - p'q) 1 + p q' + q0 [p x]   with p = 2 q / |(q0, q)|^2 */
 kt_op33 kt_op33_of_quaternion(kt_graph *g, const kt_op q[4]) {
     kt_op square = kt_op_multiply(g, q[0], q[0]), p[3], product[3][3], turn[3];
     for (int k = 1; k < 4; k++)

@@ -240,10 +240,10 @@ static bool prepare_loops(kt_code_printer *p) {
     return true;
 }
 
-static void note_operands(kt_code_printer *p, kt_op i, int part);
+static void record_operand_reads(kt_code_printer *p, kt_op i, int part);
 
-/* Notes that a part writes or reads rows of a loop. */
-static void hold_columns(kt_code_loop_plan *l, int part) {
+/* Extends the parts during which the rows of a loop exist: part number `part` writes or reads them. */
+static void extend_row_lifetime(kt_code_loop_plan *l, int part) {
     l->first_part = part < l->first_part ? part : l->first_part;
     l->last_part = part > l->last_part ? part : l->last_part;
 }
@@ -254,14 +254,14 @@ static void hold_columns(kt_code_loop_plan *l, int part) {
  *     a number of another part           the array of stored numbers, here and in that part; until slots are assigned,
  *                                        p->place is the last part that reads the number
  *     any other number                   its operands, since its text is written where it is read */
-static void note_reads(kt_code_printer *p, kt_op i, int part) {
+static void record_reads(kt_code_printer *p, kt_op i, int part) {
     const kt_op_node *n = &p->graph->node[i];
     if (kt_code_is_leaf(p, i)) {
         if (n->kind != KT_OP_CONSTANT)
             p->needs[part] |= 1 << (n->kind == KT_OP_INPUT ? n->a : CODE_PREPARED);
     } else if (p->roll.loop[i] >= 0 && !kt_code_roll_is_left(&p->roll, i)) {
         p->needs[part] |= 1 << CODE_PLACES;
-        hold_columns(&p->roll.plan[p->roll.loop[i]], part);
+        extend_row_lifetime(&p->roll.plan[p->roll.loop[i]], part);
     } else if (p->width[i] == 0 || p->roll.loop[i] >= 0) {
         if (p->part[i] == part)
             return;
@@ -269,18 +269,19 @@ static void note_reads(kt_code_printer *p, kt_op i, int part) {
         p->needs[part] |= 1 << CODE_PLACES;
         p->needs[p->part[i]] |= 1 << CODE_PLACES;
     } else {
-        note_operands(p, i, part);
+        record_operand_reads(p, i, part);
     }
 }
 
-static void note_operands(kt_code_printer *p, kt_op i, int part) {
+static void record_operand_reads(kt_code_printer *p, kt_op i, int part) {
     kt_op operand[3];
     for (int k = kt_op_operands(&p->graph->node[i], operand) - 1; k >= 0; k--)
-        note_reads(p, operand[k], part);
+        record_reads(p, operand[k], part);
 }
 
-/* Records the nodes that a loop needs. */
-static void note_loop(kt_code_printer *p, int loop, int part) {
+/* Records the arrays that a part needs for the text of a loop. Each slot of the loop reads a prepared number, a row of
+ * another loop, or a node that is the same in each pass. */
+static void record_loop_reads(kt_code_printer *p, int loop, int part) {
     const kt_code_loop_plan *l = &p->roll.plan[loop];
     for (int s = 0; s < l->slot_count; s++) {
         const kt_code_slot *slot = &l->slot[s];
@@ -289,9 +290,9 @@ static void note_loop(kt_code_printer *p, int loop, int part) {
         else if (slot->kind == KT_SLOT_COLUMN)
             p->needs[part] |= 1 << CODE_PLACES;
         else
-            note_reads(p, slot->cell[0], part);
+            record_reads(p, slot->cell[0], part);
         if (slot->kind == KT_SLOT_COLUMN)
-            hold_columns(&p->roll.plan[slot->loop], part);
+            extend_row_lifetime(&p->roll.plan[slot->loop], part);
     }
     if (l->column_count > 0)
         p->needs[part] |= 1 << CODE_PLACES;
@@ -311,8 +312,8 @@ static void note_copies(kt_code_printer *p) {
     for (int k = 0; k < p->roll.copy_count; k++) {
         const kt_code_copy *copy = &p->roll.copy[k];
         const int part = kt_code_part_of_copy(p, copy);
-        note_reads(p, copy->node, part);
-        hold_columns(&p->roll.plan[copy->loop], part);
+        record_reads(p, copy->node, part);
+        extend_row_lifetime(&p->roll.plan[copy->loop], part);
         p->needs[part] |= 1 << CODE_PLACES;
     }
 }
@@ -424,10 +425,10 @@ static void note_all(kt_code_printer *p, const kt_code_function *f) {
     memset(p->needs, 0, (size_t)(p->part_count + 1) * sizeof *p->needs);
     for (kt_op i = 0; i < p->graph->count; i++)
         if (is_statement(p, i) && p->roll.loop[i] < 0)
-            note_operands(p, i, p->part[i]);
+            record_operand_reads(p, i, p->part[i]);
     for (int part = 0; part < p->part_count; part++)
         if (p->loop_of_part[part] >= 0)
-            note_loop(p, p->loop_of_part[part], part);
+            record_loop_reads(p, p->loop_of_part[part], part);
     note_copies(p);
     for (int k = 0; k < f->guard_count; k++) {
         const kt_op at = kt_code_guard_node(p, &f->guard[k]);
@@ -435,8 +436,8 @@ static void note_all(kt_code_printer *p, const kt_code_function *f) {
         p->needs[part] |= 1 << CODE_GUARDS;
         if (at >= 0 && p->roll.loop[at] >= 0)
             continue; /* they are operands of the loop */
-        note_reads(p, f->guard[k].pivot, part);
-        note_reads(p, f->guard[k].limit, part);
+        record_reads(p, f->guard[k].pivot, part);
+        record_reads(p, f->guard[k].limit, part);
     }
     for (int k = 0, first = 0, array = 0; k < f->out_count; k++) {
         const int own = kt_code_is_leaf(p, f->out[k]) ? 0 : p->part[f->out[k]];
@@ -445,7 +446,7 @@ static void note_all(kt_code_printer *p, const kt_code_function *f) {
         while (k - first >= f->output[array])
             first += f->output[array++];
         if (!kt_code_is_written(p, f->out[k]))
-            note_reads(p, f->out[k], part);
+            record_reads(p, f->out[k], part);
         p->needs[part] |= 1 << (CODE_OUTPUT + array);
     }
 }
