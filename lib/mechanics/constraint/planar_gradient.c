@@ -80,6 +80,7 @@ static kt_v2 axis_along(const kt_planar_link *link, const kt_planar_motion *m) {
     return link->revolute ? kt_v2_splat(0.0) : kt_planar_sum(kt_v2_load(m->rotation), link->along[0], link->along[1]);
 }
 
+/* Follows the joints from the ancestor to end k. */
 static void follow_end_path(gradient *g, int k) {
     const double *arm = g->flat->arm[k];
     point *x = &g->end[k];
@@ -149,6 +150,7 @@ static kt_v2 row_axis_of(const gradient *g, const kt_planar_row *row) {
     return kt_planar_sum(kt_v2_load(g->data->planar[g->flat->link[0]].rotation), row->e[0], row->e[1]);
 }
 
+/* phi' = n . d',   phi'' = n . d'' + (d'^2 - (n . d')^2) / r,   n = d / r */
 static void add_distance_gradient(gradient *g, const kt_planar_row *row, const double weight[FIELDS]) {
     const point *one = &g->end[0], *two = &g->end[1];
     const kt_v2 d = two->at - one->at, rate = two->rate[MOTION] - one->rate[MOTION];
@@ -238,6 +240,7 @@ static void write_joint_gradient(const gradient *g, int k, const kt_planar_link 
     by_v[link->v] += sign * v;
 }
 
+/* Follows the joints to end k once more, and writes the gradient by each. */
 static void write_path_gradient(const gradient *g, int k, double *by_q, double *by_v) {
     point x = {.at = -kt_v2_load(g->flat->origin)};
     for (int i = 0; i < g->loop->length[k]; i++) {

@@ -118,6 +118,7 @@ kt_status kt_loads_solve(const kt_model *model, kt_data *data, const kt_dynamic_
     return stuck < p.n ? reject_jam(&p, stuck, pivot, error) : KT_OK;
 }
 
+/* Newton's iteration for x_i + s_i k_i(L0 + G x) = 0; a pivot that is too small is a jam. */
 static kt_status find_friction(const load_problem *p, kt_error *error) {
     for (int step = 0; step < NEWTON_MAX; step++) {
         double pivot;

@@ -18,6 +18,7 @@
 #include "linear/cholesky.h"
 #include "model/scratch.h"
 
+/* sum over bodies of n . w + f . v */
 static double power_of_wrenches(const kt_model *model, kt_data *data, const double *q, const double *v,
                                 const kt_wrench *wrenches) {
     double sum = 0.0;

@@ -193,6 +193,7 @@ static kt_status follow_springs(const balance *b, const double *a, kt_error *err
     return KT_OK;
 }
 
+/* Sets the arrays of a balance, and its start at the given state. */
 static balance begin_balance(const kt_model *model, kt_data *data, const kt_dynamic_state *at) {
     const size_t nq = model->n.q, nv = model->n.v;
     balance b = {.model = model, .data = data, .at = *at, .q = data->balanced_q, .v = data->balanced_v};

@@ -110,6 +110,7 @@ static bool differentiate_slow(const kt_model *model, const kt_data *data, kt_sl
     return kt_all_finite(p->by_slip, 2 * n * m);
 }
 
+/* dp/ds of an island without slow slip: only the direction of each friction force depends on s. */
 static bool differentiate_fast(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
     for (size_t k = 0; k < p->at->n; k++) {
         const size_t index = kt_slip_index(p, k);

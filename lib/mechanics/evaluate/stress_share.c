@@ -33,6 +33,7 @@ typedef struct sharing {
     int rows, d; /* rows of W in use; self-stresses */
 } sharing;
 
+/* The self-stresses of a group, with the rows of the joints and loops that share them. */
 static sharing sharing_of(const kt_model *model, kt_data *data, size_t g) {
     sharing w = {model, data, g, kt_stress_of(model, data, g), 0, data->stress_count[g]};
     const kt_group *group = &model->group[g];
@@ -45,6 +46,7 @@ static sharing sharing_of(const kt_model *model, kt_data *data, size_t g) {
 /* Is called with the first row of a joint (body, and -1) or a loop (-1, and loop). */
 typedef void visit_rows(const sharing *w, int row, int32_t body, int32_t loop, void *context);
 
+/* Visits the rows of all joints on paths of loops, in their order, and then the rows of the loops. */
 static void visit_stress(const sharing *w, visit_rows *visit, void *context) {
     const kt_model *model = w->model;
     const kt_group *group = &model->group[w->g];

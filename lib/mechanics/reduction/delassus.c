@@ -45,6 +45,7 @@ static int32_t completing_step_of(const kt_front *f, const kt_loop_record *loop)
     return last;
 }
 
+/* Whether the equation of a slot takes part: it is among the chosen independent ones or, for a damped step, not trivial. */
 static bool is_included(const sweep *s, int32_t slot, bool independent) {
 #ifndef KT_LANES
     if (!independent)
@@ -278,6 +279,7 @@ static kt_real1 orthonormalise_steps(const sweep *s, kt_rows rows, const kt_real
     return least;
 }
 
+/* Writes G = A A', in which rows are orthonormalised. If links are fixed, columns are in the units of coordinates. */
 static void find_square(const sweep *s, kt_real4 *square) {
 #ifndef KT_LANES
     if (memchr(s->f.fixed, 1, (size_t)s->f.w.m)) {

@@ -51,6 +51,7 @@ static void driver_move(const kt_model *model, kt_data *data, const double *v) {
     KT_KERNEL(kt_spatial_links_move)(model, data, v, model->n.link);
 }
 
+/* phi = sum_k c_k q_k + f(q) + phi0(t), and its rate by v (NULL: without) */
 static kt_relation_row relation_row(const kt_model *model, const kt_loop_record *loop, double t, const double *q,
                                     const double *v) {
     const bool has_formula = kt_has_formula_row(loop);

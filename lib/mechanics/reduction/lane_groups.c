@@ -70,6 +70,7 @@ void KT_KERNEL(kt_groups_aim)(const kt_model *model, kt_data *data, double goal)
     }
 }
 
+/* The least step that closes the groups, A x = right, in the metric of the coordinates. */
 static void least_in_coordinates(const kt_model *model, kt_data *data) {
     kt_clear(data->delta, model->n.v * sizeof *data->delta);
     for (size_t g = 0; g < model->n.group; g++) {

@@ -42,6 +42,8 @@ void KT_KERNEL(kt_planar_links_move)(const kt_model *model, kt_data *data, const
     }
 }
 
+/* Eliminates a group by QR: M and the bias of its coordinates, the reduction, and the inertia that is left for the
+ * parent `top`; 0: the ground, and the group accelerates at once. */
 KT_INLINE kt_condition eliminate_dense(const kt_model *model, kt_data *data, const kt_group *group,
                                        const kt_group_work *w, int32_t top, const kt_real1 *tau, bool has_armature,
                                        kt_real1 *a) {
@@ -144,6 +146,7 @@ KT_INLINE bool is_delassus(const closure *c, int32_t group) {
 #endif
 }
 
+/* Stores 1 / (s'I s + armature) of a link for delassus.c. */
 static void store_inverse(const closure *c, const kt_planar_link *link, const kt_planar_motion *m,
                           const kt_planar_carried *x) {
     kt_delassus d;
@@ -191,6 +194,7 @@ static kt_condition eliminate_group(const closure *c, const kt_planar_link *link
                                : eliminate_dense(model, data, group, &w, top, tau, false, c->a);
 }
 
+/* The accelerations of a group, from the acceleration of its parent. */
 static void respond_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, bool pins, kt_real1 *a) {
     const kt_group *group = &model->group[g];
     if (pins && group->form == KT_FORM_PIN) {
@@ -241,6 +245,7 @@ static kt_elimination eliminate_planar_armature(const kt_planar_link *link, cons
     return eliminate_by(link, m, tau, x, response, context, kt_planar_eliminate_armature);
 }
 
+/* The forward pass at one link. A group accelerates at its first link; the others take their coordinates from there. */
 KT_INLINE void respond(const kt_planar_link *link, const kt_planar_response *response, kt_real1 *alpha,
                        kt_real2 *linear, kt_planar_motion *m, kt_real1 *a, void *context) {
     const closure *c = context;

@@ -53,6 +53,7 @@ void KT_KERNEL(kt_spatial_links_motion)(const kt_model *model, kt_data *data, co
 
 #ifndef KT_LANES
 
+/* Adds the inertia and the bias that a group leaves for its parent. */
 static void add_total(const kt_front_total *total, kt_articulated *to) {
     const double *b = total->bias;
     kt_articulated x;
@@ -62,6 +63,7 @@ static void add_total(const kt_front_total *total, kt_articulated *to) {
     kt_articulated_add(to, &x);
 }
 
+/* Eliminates a group by fronts. */
 static bool eliminate_front(const kt_model *model, kt_data *data, int32_t g, const double *tau) {
     const kt_group *group = &model->group[g];
     const kt_front_aim aim = {.kind = KT_FRONT_DYNAMICS, .tau = tau, .base = group->parent != 0};
@@ -76,6 +78,8 @@ static bool eliminate_front(const kt_model *model, kt_data *data, int32_t g, con
 
 #endif
 
+/* Eliminates a group by QR: M and the bias of its coordinates, the reduction, and the inertia that is left for the
+ * parent. */
 KT_INLINE kt_condition eliminate_dense(const kt_model *model, kt_data *data, int32_t g, const kt_real1 *tau,
                                        bool has_armature) {
     const kt_group *group = &model->group[g];
@@ -102,6 +106,7 @@ static __attribute__((noinline)) kt_condition eliminate_dense_armature(const kt_
     return eliminate_dense(model, data, g, tau, true);
 }
 
+/* Eliminates a group in the form that compilation chose. */
 static __attribute__((noinline)) kt_condition eliminate_whole(const kt_model *model, kt_data *data, int32_t g,
                                                               const kt_real1 *tau) {
 #ifndef KT_LANES

@@ -64,6 +64,7 @@ static void begin_leaps(kt_simulation *simulation) {
     kt_parts_list(simulation);
 }
 
+/* From now on, contacts are events again. */
 static void end_leaps(kt_simulation *simulation) {
     simulation->memory.leaps = simulation->steps_over_contacts = false;
     for (size_t k = 0; k < simulation->contact_count; k++)
@@ -75,6 +76,7 @@ static void end_leaps(kt_simulation *simulation) {
 
 /* ---- hooks ------------------------------------------------------------------------------------------------------- */
 
+/* Counts the evaluations of each fixed step from its beginning. */
 static kt_status enter_bounded(kt_simulation *simulation, const kt_step_progress *progress, kt_error *error) {
     const kt_integrator_memory *m = &simulation->integrator->memory;
     kt_simulation_memory *memory = &simulation->memory;
@@ -95,6 +97,7 @@ static void prepare_bounded(kt_simulation *simulation, kt_step_progress *progres
     progress->t_limit = simulation->contacts->bounded_end;
 }
 
+/* A step that fails is repeated as a time step, unless a callback failed. */
 static bool retry_bounded(kt_simulation *simulation, kt_step_progress *progress, kt_status failed) {
     const bool may = failed == KT_ERROR_STEP || failed == KT_ERROR_CONSTRAINT || failed == KT_ERROR_SINGULAR ||
                      failed == KT_ERROR_NOT_FINITE;
@@ -105,6 +108,7 @@ static bool retry_bounded(kt_simulation *simulation, kt_step_progress *progress,
     return true;
 }
 
+/* After a time step, contacts become events again if the state permits this. */
 static kt_status accept_bounded(kt_simulation *simulation, kt_error *error) {
     kt_error ignored;
     (void)error;

@@ -76,6 +76,7 @@ static bool is_bounded(const kt_simulation *simulation, double t, int k) {
            !(kt_contact_rubs(c, k) && !kt_contact_is_closed(simulation->model, &c->item[c->item[k].of]));
 }
 
+/* Reserves of closed contacts and of sticking friction must not be negative. */
 static kt_status check_reserves(const kt_simulation *simulation, double t, kt_error *error) {
     const struct kt_contacts *c = simulation->contacts;
     for (int k = 0; k < c->n; k++) {
@@ -162,6 +163,7 @@ static kt_status compare_newton(const kt_simulation *simulation, double t, const
     return KT_OK;
 }
 
+/* Newton's law: M a + h - tau - J'lambda = 0 up to a part of the sum of the sizes of its terms. */
 static kt_status check_newton(const kt_simulation *simulation, double t, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const kt_model *model = simulation->model;

@@ -48,6 +48,7 @@
 /* Attempts to free a contact that friction wedges. */
 enum { REST, RELEASE, IMPULSES = 4, HOLD = RELEASE + 1 + IMPULSES };
 
+/* The value of a contact as an event: its gap while it is open, its reserve while it is closed (values.c). */
 static int watch_contact(const kt_instant *at, double *value, kt_error *error, void *user) {
     const kt_contact *contact = user;
     kt_simulation *simulation = contact->simulation;
@@ -119,6 +120,7 @@ kt_status kt_contacts_follow_time_step(kt_simulation *simulation, kt_error *erro
     return status;
 }
 
+/* Takes the model in which no contact is closed and no friction sticks, except friction that is released. */
 static void open_all(kt_simulation *simulation) {
     const uint64_t set = (simulation->model->set & ~simulation->contact_mask) |
                          (simulation->memory.released & simulation->contact_friction);
@@ -208,6 +210,7 @@ static kt_status commit_jump_of_contacts(kt_simulation *simulation, double lost,
     return KT_OK;
 }
 
+/* Sets the gap at which each open contact of the selected island closes, and the present sides of their events. */
 static void watch_open_of_island(kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
     for (int i = 0; i < c->resting; i++) {
@@ -294,6 +297,8 @@ static void find_flight(kt_simulation *simulation, double t, const double *y) {
         kt_clear(a, simulation->size.nv * sizeof *a);
 }
 
+/* Decides which contacts are closed from this instant on: their equations, those that touch, impacts and forces, and
+ * the jump to the new state. */
 static kt_status resolve_once(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_simulation_recall_breakpoints(simulation);
@@ -424,7 +429,9 @@ static kt_status strike_contacts(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
-static bool rest(kt_simulation *simulation, size_t k, double window) {
+/* Lets a contact rest whose impacts accumulate within the window, s, or slip whose reversals do. Returns false if the
+ * contact has no rest velocity, so that it never rests. */
+static bool come_to_rest(kt_simulation *simulation, size_t k, double window) {
     struct kt_contacts *c = simulation->contacts;
     const kt_contact *item = &c->item[(int)k < c->sides || c->item[k].of < 0 ? k : (size_t)c->item[k].of];
     const bool is_open = !kt_contact_is_closed(simulation->model, &c->item[k]);
@@ -435,6 +442,7 @@ static bool rest(kt_simulation *simulation, size_t k, double window) {
     return c->window > 0.0 || c->stops;
 }
 
+/* Whether another open contact is about to close: its gap at the end of the step is within the margin. */
 static bool crowds(const kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
     const double *last = simulation->events.value + (KT_EVENT_VALUES - 2) * simulation->size.event;
@@ -446,7 +454,7 @@ static bool crowds(const kt_simulation *simulation) {
 }
 
 static const kt_event_source contact_source = {
-    .rest = rest, .crowds = crowds, .ends = kt_contact_slip_ends, .kink = kt_contact_kink};
+    .rest = come_to_rest, .crowds = crowds, .ends = kt_contact_slip_ends, .kink = kt_contact_kink};
 
 /* ---- the part of a simulation ------------------------------------------------------------------------------------ */
 

@@ -27,6 +27,7 @@ static const kt_effect_record *load_of(const kt_model *model, const struct kt_co
 
 bool kt_contacts_have_loads(const struct kt_contacts *c) { return c->all->n.loaded > 0; }
 
+/* Whether the joint of dry friction k is at rest. */
 static bool is_at_rest(const struct kt_contacts *c, int k) { return fabs(c->v[c->item[k].v]) <= c->rest_rate[k]; }
 
 void kt_contacts_put_rests(kt_simulation *simulation, bool rests) {

@@ -39,6 +39,8 @@ static const double finest = 1.0 / 4096.0;
  * rounding. */
 static const double flight = 1e-9, rounding = 16.0 * DBL_EPSILON;
 
+/* Whether a fixed step with slip, on which only forces act that cannot supply energy, raised the energy T + V by more
+ * than errors of free flight. */
 static bool gains_energy(kt_simulation *simulation) {
     const kt_simulation_memory *memory = &simulation->memory;
     const kt_integrator *integrator = simulation->integrator;
@@ -86,6 +88,7 @@ static bool may_pass(const kt_simulation *simulation, kt_status status) {
     return kt_simulation_is_recoverable(cause) && simulation->ahead && status != KT_ERROR_STEP;
 }
 
+/* After a failure, steps grow from its length by a factor at most, until they are fixed steps again. */
 static void limit_step(kt_simulation *simulation, kt_step_progress *progress) {
     double *h = &simulation->memory.shortened;
     simulation->contacts->retry = (kt_contact_retry){.t_limit = progress->t_limit};
@@ -124,6 +127,7 @@ static bool shorten_step(kt_simulation *simulation, kt_status status, double *t_
     return true;
 }
 
+/* Shorter steps are tried first. If none may pass, a contact that friction wedges is freed. */
 static bool retry_step(kt_simulation *simulation, kt_step_progress *progress, kt_status failed) {
     kt_contact_retry *retry = &simulation->contacts->retry;
     if (shorten_step(simulation, failed, &progress->t_limit))

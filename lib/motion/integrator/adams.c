@@ -50,6 +50,8 @@ static void advance_weighted(kt_integrator *it, const kt_interval *in, const dou
     kt_combine(it->trial, in->y, in->h, terms, count, k, it->sizes.n);
 }
 
+/* PECE: predict with past slopes, evaluate f at the prediction, correct. Without enough past slopes at the distance h,
+ * a Runge-Kutta step. */
 static kt_try_result adams_try(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const double *history = it->history;
     if ((int)history[HISTORY_COUNT] < past_count_of(it->method) || !kt_is_same_step(in->h, history[HISTORY_STEP]))
@@ -62,6 +64,7 @@ static kt_try_result adams_try(kt_integrator *it, const kt_interval *in, kt_try 
     return KT_TRY_PASSED;
 }
 
+/* Shifts the past slopes by one step. A step of another length begins a new past. */
 static void adams_accept(kt_integrator *it) {
     const size_t n = it->sizes.n;
     double *history = it->history, *slopes = history + HISTORY_SLOPES;

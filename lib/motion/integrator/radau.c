@@ -204,6 +204,7 @@ static kt_try_result correct_radau_stages(kt_integrator *it, const kt_interval *
     return KT_TRY_PASSED;
 }
 
+/* Newton's iteration for z_i = Y_i - y0 from a prediction. */
 static kt_try_result iterate_radau_stages(kt_integrator *it, const kt_interval *in, kt_try *result) {
     predict_radau_stages(it, in->h);
     convert(it, t_inverse, ROW_Z, ROW_W);
@@ -242,6 +243,7 @@ static kt_try_result filter(kt_integrator *it, const double *f0, double h, kt_tr
     return kt_newton_solve(it, (kt_complex){gamma_real / h, 0.0}, error, NULL, result);
 }
 
+/* sqrt(mean (err_i / scale_i)^2), over the slack of the iteration */
 static double radau_error_norm(const kt_integrator *it, double h) {
     const double *error = kt_newton_row(it, ROW_ERROR);
     double sum = 0.0;
@@ -269,6 +271,7 @@ static kt_try_result estimate_radau_error(kt_integrator *it, const kt_interval *
     return filter(it, it->k[SLOT_FIRST], in->h, result);
 }
 
+/* Stages, y1 = y0 + z_3, and with adaptive steps the error. A failed iteration may be repeated with a new Jacobian. */
 static kt_try_result radau_try(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const size_t n = it->sizes.n;
     do {
@@ -295,6 +298,7 @@ static double radau_error_at(const kt_integrator *it, double h, size_t i) {
 
 /* ---- after a step ------------------------------------------------------------------------------------------------ */
 
+/* Stores the slopes of the step for its dense output and for the next prediction. */
 static void radau_accept(kt_integrator *it) {
     const size_t n = it->sizes.n;
     double *history = kt_newton_history(it), *start = history + HISTORY_SLOPES;

@@ -159,6 +159,8 @@ static void begin_prediction(kt_integrator *it, int i, const double *rest, doubl
         foretold[l] = -rest[l] / h;
 }
 
+/* Completes the prediction of f at the next stage, sigma U_i - (sum_j C_ij U_j) / h = f + J U_i; J U_i / sigma is the size
+ * against which its error counts. */
 static void predict_stage(kt_integrator *it, int i, double sigma) {
     double *foretold = kt_newton_row(it, ROW_FORETOLD), *change = kt_newton_row(it, ROW_END);
     const double *u = kt_newton_row(it, ROW_U + i), *f = it->k[SLOT_STAGE];
@@ -192,6 +194,7 @@ static kt_try_result check_foretold(kt_integrator *it, int i, kt_complex sigma, 
     return KT_TRY_PASSED;
 }
 
+/* (sigma - J) U_i = f(t0 + alpha_i h, y0 + sum_j a_ij U_j) + sum_j C_ij U_j / h + gamma_i h f_t,   sigma = 1 / (h gamma) */
 static kt_try_result solve_rosenbrock_stage(kt_integrator *it, const kt_interval *in, int i, kt_try *result) {
     const size_t n = it->sizes.n;
     const kt_rosenbrock *table = rosenbrock_table_of(it);
@@ -290,6 +293,7 @@ static kt_try_result solve_stages(kt_integrator *it, const kt_interval *in, kt_t
     return KT_TRY_PASSED;
 }
 
+/* The matrix, f_t, the stages, and y1 = y0 + sum_i m_i U_i. */
 static kt_try_result rosenbrock_try(kt_integrator *it, const kt_interval *in, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     w->hidden = 0.0;
@@ -328,6 +332,7 @@ static kt_status rosenbrock_report(const kt_integrator *it, const char *where, k
 
 /* ---- after a step ------------------------------------------------------------------------------------------------ */
 
+/* Stores slopes and the middle of the step for the dense output. The next step needs a new Jacobian. */
 static void rosenbrock_accept(kt_integrator *it) {
     const size_t n = it->sizes.n;
     double *history = kt_newton_history(it), *start = history + HISTORY_SLOPES, *end = start + n, *middle = end + n;

@@ -145,6 +145,7 @@ static recurrence begin_recurrence(const kt_chebyshev *family) {
     return r;
 }
 
+/* The coefficients of stage j + 1 after those of stage j (formulas at the beginning of the file). */
 static void advance_recurrence(recurrence *r, const kt_chebyshev *family) {
     r->a1 = 1.0 - r->b * r->values.t;
     r->b2 = r->b1;
@@ -403,6 +404,7 @@ static int stages_of_step(const kt_method *method, double z) {
     return kt_chebyshev_stages(KT_RADIUS_MARGIN * z, kt_chebyshev_damping(method));
 }
 
+/* The largest h radius of a step, with the margin for errors of the radius. */
 static double reach(const kt_method *method) { return farthest_reach(method) / KT_RADIUS_MARGIN; }
 
 /* ------------------------------------------------------------------------------------------------------------------ */

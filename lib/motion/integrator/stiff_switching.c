@@ -246,6 +246,7 @@ typedef struct difference {
     bool may_ring;       /* |g| > KT_RINGING_RATE |d|, with positions counted 3.3 / h times */
 } difference;
 
+/* With g = f_7 - f_6 and d = Y_7 - Y_6 in the scales of the norm: h rho = |g| / |d|, and cos(g, d) = g . d / (|g| |d|). */
 static difference last_difference(const kt_integrator *it) {
     const double limit = KT_REAL_LIMIT / fabs(it->memory.last_step);
     double gg = 0.0, dd = 0.0, gd = 0.0, natural = 0.0;
@@ -331,6 +332,7 @@ static double cost_so_far(const kt_integrator *it) {
     return KT_IMPLICIT_EVALUATION * (double)counts->evaluations + KT_JACOBIAN_EVALUATIONS * (double)counts->jacobians;
 }
 
+/* Continues with the implicit method, which ends when it costs more than the explicit one has cost for each second. */
 static void to_implicit(kt_integrator *it, bool rings, bool is_idle) {
     const watch before = *watch_of(it);
     kt_family_radau.start(it);
@@ -347,6 +349,7 @@ static void to_implicit(kt_integrator *it, bool rings, bool is_idle) {
     it->memory.counts.switches++;
 }
 
+/* Counts steps that stability limits: |g| / |d| in a range, and g opposite to d. */
 static void test_decay(watch *w, const difference *last) {
     if (KT_STIFF_LEAST < last->rate && last->rate < KT_STIFF_MOST) {
         w->signs = fmax(0.0, w->signs + 1.0 - KT_DECAYING * (1.0 + last->cosine));
@@ -356,6 +359,7 @@ static void test_decay(watch *w, const difference *last) {
     }
 }
 
+/* After an explicit step: does stability limit its length, through a decay, a ringing or an idle mode? */
 static void watch_explicit(kt_integrator *it) {
     watch *w = watch_of(it);
     bool may_ring = false;
@@ -449,6 +453,7 @@ static bool is_dear(const kt_integrator *it, watch *w) {
     return !first && price > w->price;
 }
 
+/* After an implicit step: h rho was small for a whole window, or steps cost more than explicit ones did? */
 static void watch_implicit(kt_integrator *it) {
     const kt_newton_work *newton = kt_newton_of(it);
     watch *w = watch_of(it);
