@@ -71,7 +71,7 @@ static double find_function(kt_cone *cone, const double *x, const double *u, dou
 }
 
 double kt_cone_residual(kt_cone *cone, const kt_cone_linear *of, const double *x) {
-    assert(x != cone->u && x != cone->f);
+    assert(cone->n == 0 || (x != cone->u && x != cone->f)); /* arrays without numbers may coincide */
     double most = 0.0, impulse = 0.0, rate = 0.0;
     find_rates(cone, of, x, cone->u);
     (void)find_function(cone, x, cone->u, cone->f);
@@ -295,7 +295,8 @@ static void find_step(kt_cone *cone, const kt_cone_linear *of, const double *x, 
 
 bool kt_cone_newton(kt_cone *cone, const kt_cone_linear *of, double *x, int most) {
     assert(cone->n <= cone->most && most >= 0);
-    assert(x != cone->best && x != cone->trial && x != cone->u && x != cone->f && x != cone->other && x != cone->dx);
+    assert(cone->n == 0 ||
+           (x != cone->best && x != cone->trial && x != cone->u && x != cone->f && x != cone->other && x != cone->dx));
     const int m = 3 * cone->n;
     double last = kt_cone_residual(cone, of, x), left = last;
     bool done = last <= exact;

@@ -50,7 +50,7 @@ int kt_lapack_geevx(int n, double *a, double *real, double *imaginary, double *l
 int kt_lapack_potrf(int n, double *a) { return LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', n, a, n); }
 
 int kt_lapack_gesv(int n, double *a, int32_t *pivot, double *x) {
-    assert(n >= 0 && a != x);
+    assert(n >= 0 && (n == 0 || a != x));
     return LAPACKE_dgesv_work(LAPACK_COL_MAJOR, n, 1, a, n, pivot, x, n);
 }
 

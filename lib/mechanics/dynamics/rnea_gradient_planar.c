@@ -47,7 +47,7 @@ KT_INLINE void forward_pass(const kt_model *model, kt_data *data, const kt_plane
     const kt_const1 no_gravity[2] = {kt_real1_splat(0.0), kt_real1_splat(0.0)};
     const kt_real2 none = kt_make2(kt_real1_splat(0.0), kt_real1_splat(0.0));
     kt_planar_motion *motion = data->planar;
-    kt_planar_ground_set(at->weightless ? still : plane->gravity, &motion[0]);
+    kt_planar_ground_set(at->weightless ? no_gravity : plane->gravity, &motion[0]);
     links[0] = (kt_planar_gradient_link){.velocity = none, .u = none};
     for (int32_t k = plane->first; k < plane->last; k++) {
         const kt_planar_link *link = &model->planar[k];

@@ -103,7 +103,7 @@ kt_status kt_simulation_find_energy(kt_simulation *simulation, const double *y, 
 
 kt_status kt_simulation_find_loss(kt_simulation *simulation, const double *v, const double *y, double *loss,
                                   kt_error *error) {
-    assert(v != simulation->a);
+    assert(simulation->size.nv == 0 || v != simulation->a);
     double *d = simulation->a;
     for (size_t i = 0; i < simulation->size.nv; i++)
         d[i] = y[simulation->size.nq + i] - v[i];

@@ -183,6 +183,16 @@ KT_TEST(cone_solver_rejects_what_is_not_finite) {
     free(memory);
 }
 
+KT_TEST(cone_solver_solves_a_problem_without_contacts) {
+    void *memory = NULL;
+    const kt_cone_problem none = {.n = 0};
+    double x[3] = {0.0, 0.0, 0.0};
+    for (int most = 0; most < 2; most++) { /* without room, all arrays have one address */
+        kt_check_true("converged", kt_cone_solve(make_cone(0, most, &memory), &none, x).converged);
+        free(memory);
+    }
+}
+
 /* The rates are zero, since a load has ended. The impulses of the step before must vanish. */
 KT_TEST(impulses_vanish_with_the_rates) {
     void *memory = NULL;
