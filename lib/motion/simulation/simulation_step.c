@@ -25,12 +25,15 @@ static void add_crossings(kt_crossings *to, kt_crossings new) {
         to->bend = to->bend > 0.0 ? fmin(to->bend, new.bend) : new.bend;
 }
 
+/* Adds the counts of the data since the last call. near_singular: whether any acceleration in between was computed next
+ * to a singular position. */
 void kt_simulation_count(kt_simulation *simulation) {
     const kt_integrator_memory *integrator = &simulation->integrator->memory;
     /* A fixed step may be longer than the passage (kt_crossings.bend). */
     const double step = simulation->step > 0.0 ? 0.0 : integrator->t - integrator->previous_t;
     kt_iterations *most = &simulation->memory.iterations;
     kt_data *data = simulation->data;
+    simulation->near_singular = false;
     const kt_iterations new = data->iterations;
     data->iterations = (kt_iterations){0, 0, 0, 0};
     most->position = new.position > most->position ? new.position : most->position;
@@ -44,6 +47,7 @@ void kt_simulation_count(kt_simulation *simulation) {
         kt_crossings crossings = kt_data_crossings(data);
         crossings.error = fmax(crossings.error, drift);
         add_crossings(&simulation->memory.crossings, crossings);
+        simulation->near_singular = true;
     }
 }
 
@@ -79,15 +83,9 @@ kt_simulation_counts kt_simulation_counts_of(const kt_simulation *simulation) {
     return counts;
 }
 
-static void count_step(kt_simulation *simulation) {
-    const uint64_t before = simulation->memory.crossings.near;
-    kt_simulation_count(simulation);
-    simulation->near_singular = simulation->memory.crossings.near > before;
-}
-
 static bool has_groups(const kt_simulation *simulation) { return simulation->groups > 0; }
 
-const kt_part kt_count_part = {.is_active = has_groups, .count = count_step};
+const kt_part kt_count_part = {.is_active = has_groups, .count = kt_simulation_count};
 
 /* ---- steps ------------------------------------------------------------------------------------------------------- */
 
