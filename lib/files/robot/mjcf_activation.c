@@ -1,7 +1,7 @@
 /* Activations of actuators in MJCF as auxiliary states.
  *
  * The activation w of an actuator replaces its control u in the force. The activation has one of these rates:
- *     integrator: w' = u,   filter and filterexact: w' = (u - w) / T,   muscle: mjcf_muscle.c.
+ *     integrator: w' = u,   filter and filterexact: w' = (u - w) / T,   muscle: effect/muscle.c.
  * `actrange` bounds it. For a constant control w has no turning point. Therefore w itself, which MuJoCo bounds, and the
  * value that the force uses, which the library bounds, give the same force. With a delay, the control is zero
  * before. */

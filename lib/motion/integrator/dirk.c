@@ -161,7 +161,7 @@ const double *kt_dirk_slope(const kt_integrator *it) {
 }
 
 kt_try_result kt_dirk_solve(kt_integrator *it, double t, double part, size_t slot, kt_try *result) {
-    assert(slot < it->sizes.slots && isfinite(part) && part != 0.0);
+    assert(slot < it->sizes.slots && isfinite(part)); /* part is 0 for steps near the least number, and fails below */
     const double *stage = kt_newton_row(it, KT_DIRK_STAGE), *base = kt_newton_row(it, KT_DIRK_BASE);
     const kt_newton_work *w = kt_newton_of(it);
     kt_newton_begin(it);
