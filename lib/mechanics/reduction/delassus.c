@@ -45,7 +45,7 @@ static int32_t completing_step_of(const kt_front *f, const kt_loop_record *loop)
     return last;
 }
 
-/* Whether the equation of a slot takes part: it is among the chosen independent ones or, for a damped step, not trivial. */
+/* Whether an equation is among the chosen independent ones or, for a damped step, not trivial. */
 static bool is_included(const sweep *s, int32_t slot, bool independent) {
 #ifndef KT_LANES
     if (!independent)

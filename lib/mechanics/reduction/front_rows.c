@@ -237,7 +237,7 @@ static void move_at(const kt_front *f, const kt_front_step *step, const kt_real1
     }
 }
 
-/* The sum of w_k . x_k over both ends of a loop: wrenches of its row, and motions of its links. *size: the largest term. */
+/* The sum of w_k . x_k over both ends of a loop, with wrenches w of the row and motions x. *size: the largest term. */
 static kt_real1 row_at(const kt_front *f, const kt_loop_record *loop, int32_t row, kt_real1 *size) {
     const int c = f->components, angular = c == 3 ? 1 : 3;
     kt_real1 sum = kt_real1_splat(0.0);

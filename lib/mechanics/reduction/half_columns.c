@@ -380,7 +380,6 @@ KT_INLINE void find_half_diagonal_of(const kt_group_work *w, const kt_half *h, i
     }
 }
 
-/* Computes block i of S; the number of its equations is a constant in each call. */
 static void find_half_diagonal(const kt_group_work *w, const kt_half *h, int i) {
     if (h->rank - LANES * i >= LANES)
         find_half_diagonal_of(w, h, i, LANES);
@@ -510,7 +509,6 @@ KT_INLINE void find_right_sides(const kt_half *h, const kt_v4 *u, int index, int
         right[LANES * index + r] = sum[r];
 }
 
-/* change = -S^-1 U D u, for four forces */
 static void find_multiplier_changes(const kt_half *h, const kt_v4 *u, kt_v4 *change) {
     if (h->rank == LANES - 1)
         find_right_sides(h, u, 0, LANES - 1, change);

@@ -567,11 +567,6 @@ void kt_newton_discard(kt_integrator *it) {
  * A longer step, which the error alone would allow, would be rejected again and again. */
 #define KT_FORESEEN_RATE 0.5
 
-/* With the safety s of the iteration count, h_new / h is the smaller of (HNW IV.8)
- *
- *     s err^(-1/k)    and    safety (h / h_last) (err_last / err)^(1/k) err^(-1/k)
- *
- * within its bounds. A factor between 1 and 1.2 becomes 1, since the factors of Newton's matrix then serve again. */
 double kt_newton_control(const kt_integrator *it, double h, double error) {
     const kt_newton_work *w = kt_newton_of(it);
     const kt_integrator_options *o = &it->options;

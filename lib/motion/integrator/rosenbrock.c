@@ -159,8 +159,8 @@ static void begin_prediction(kt_integrator *it, int i, const double *rest, doubl
         foretold[l] = -rest[l] / h;
 }
 
-/* Completes the prediction of f at the next stage, sigma U_i - (sum_j C_ij U_j) / h = f + J U_i; J U_i / sigma is the size
- * against which its error counts. */
+/* Completes the prediction of f at the next stage, sigma U_i - (sum_j C_ij U_j) / h = f + J U_i. Its error is compared
+ * with J U_i / sigma. */
 static void predict_stage(kt_integrator *it, int i, double sigma) {
     double *foretold = kt_newton_row(it, ROW_FORETOLD), *change = kt_newton_row(it, ROW_END);
     const double *u = kt_newton_row(it, ROW_U + i), *f = it->k[SLOT_STAGE];
@@ -194,7 +194,8 @@ static kt_try_result check_foretold(kt_integrator *it, int i, kt_complex sigma, 
     return KT_TRY_PASSED;
 }
 
-/* (sigma - J) U_i = f(t0 + alpha_i h, y0 + sum_j a_ij U_j) + sum_j C_ij U_j / h + gamma_i h f_t,   sigma = 1 / (h gamma) */
+/* (sigma - J) U_i = f(t0 + alpha_i h, y0 + sum_j a_ij U_j) + sum_j C_ij U_j / h + gamma_i h f_t
+ * with sigma = 1 / (h gamma) */
 static kt_try_result solve_rosenbrock_stage(kt_integrator *it, const kt_interval *in, int i, kt_try *result) {
     const size_t n = it->sizes.n;
     const kt_rosenbrock *table = rosenbrock_table_of(it);

@@ -246,7 +246,7 @@ typedef struct difference {
     bool may_ring;       /* |g| > KT_RINGING_RATE |d|, with positions counted 3.3 / h times */
 } difference;
 
-/* With g = f_7 - f_6 and d = Y_7 - Y_6 in the scales of the norm: h rho = |g| / |d|, and cos(g, d) = g . d / (|g| |d|). */
+/* h rho = |g| / |d| and cos(g, d), with the differences g of slopes and d of states of the last two stages. */
 static difference last_difference(const kt_integrator *it) {
     const double limit = KT_REAL_LIMIT / fabs(it->memory.last_step);
     double gg = 0.0, dd = 0.0, gd = 0.0, natural = 0.0;
