@@ -38,7 +38,8 @@ static void mark_nontrivial_rows(const kt_model *model, const kt_group *group, c
 }
 
 /* As mark_nontrivial_rows, for a group that is reduced by fronts. Its A is not stored as a matrix, so that A x is
- * tested for some generic x. (A single set of generic numbers would not suffice: the differences between them repeat.) */
+ * tested for some generic x. (A single set of generic numbers would not suffice: the differences between them repeat.)
+ */
 static void mark_nontrivial_front_rows(const kt_model *model, kt_data *data, size_t g, bool *nontrivial) {
     enum { VECTORS = 3 };
     const kt_group *group = &model->group[g];
