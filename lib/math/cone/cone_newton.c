@@ -108,19 +108,25 @@ static int end_of_row(int n, const double *A, int k) {
     return end;
 }
 
+/* Subtracts a multiple of a row from another row. Compilers make vectors of this loop, since the rows differ. */
+static void subtract_row(int n, double factor, const double *restrict from, double *restrict to) {
+    for (int j = 0; j < n; j++)
+        to[j] -= factor * from[j];
+}
+
 /* Returns the row below with the largest entry in the next column. */
 static int eliminate_below(int n, double *A, double *x, int k) {
-    const int end = end_of_row(n, A, k);
+    const int next = k + 1, end = end_of_row(n, A, k);
     const double over = 1.0 / A[k * n + k];
     double most = -1.0;
-    int largest = k + 1;
-    for (int i = k + 1; i < n; i++) {
+    int largest = next;
+    for (int i = next; i < n; i++) {
         const double factor = A[i * n + k] * over;
-        for (int j = k + 1; j < end && factor != 0.0; j++)
-            A[i * n + j] -= factor * A[k * n + j];
+        if (factor != 0.0)
+            subtract_row(end - next, factor, A + k * n + next, A + i * n + next);
         x[i] -= factor * x[k];
-        if (k + 1 < n && fabs(A[i * n + k + 1]) > most) {
-            most = fabs(A[i * n + k + 1]);
+        if (next < n && fabs(A[i * n + next]) > most) {
+            most = fabs(A[i * n + next]);
             largest = i;
         }
     }
