@@ -244,16 +244,27 @@ typedef enum kt_batch_task {
     KT_BATCH_SENSE               /* kt_batch_sense */
 } kt_batch_task;
 
+/* Joint forces that change between the steps of a job, as a controller sets them: sample k acts in the steps k * hold to
+ * (k + 1) * hold - 1, and the last sample in all later steps. */
+typedef struct kt_batch_inputs {
+    int samples;          /* number of samples of each state, > 0 */
+    int hold;             /* number of steps that a sample acts, > 0 */
+    const double *torque; /* states * samples * nv joint forces, state by state and sample by sample */
+} kt_batch_inputs;
+
 /* One computation with its arguments. */
 typedef struct kt_batch_job {
     kt_batch_task task;              /* the computation */
     double h;                        /* length of steps, s */
     int steps;                       /* how many */
     const kt_batch_sensors *sensors; /* requests of KT_BATCH_SENSE */
+    const kt_batch_inputs *inputs;   /* joint forces of steps; NULL: constant ones, as last set. The results have the
+                                        same bits as a job for each sample, after kt_batch_set_torque; afterwards each
+                                        state has the sample of its last step */
 } kt_batch_job;
 
 /* Does a job for all states: one of the calls above.
- * Errors: as the call; KT_ERROR_ARGUMENT if there is no such task. */
+ * Errors: as the call; KT_ERROR_ARGUMENT if there is no such task, or if inputs have no samples. */
 KT_API KT_CHECKED kt_status kt_batch_compute(kt_batch *batch, const kt_batch_job *job, kt_error *error);
 
 /* Returns the number of threads that may share the work of the batch (kt_batch_options.threads); 0 for NULL. */

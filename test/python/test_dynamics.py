@@ -137,6 +137,33 @@ def test_a_batch_has_the_bits_of_single_calls(scenes, random_state):
     assert (Q2[7] == q2).all() and (V2[7] == v2).all()
 
 
+def test_a_batch_takes_a_sequence_of_joint_forces(scenes, random_state):
+    model, count, samples, steps, h = kt.load(scenes / f"{TREES[0]}.yaml").model, 11, 3, 7, 1 / 1024
+    states = [random_state(model, seed) for seed in range(count)]
+    Q, V = (np.array([state[k] for state in states]) for k in range(2))
+    TAU = np.array([[random_state(model, 100 * seed + k)[2] for k in range(samples)] for seed in range(count)])
+    batch = model.batch(count, threads=2, method="rk4")
+    Q1, V1 = batch.step(h, steps, Q, V, TAU, hold=2)  # samples 0 0 1 1 2 2 2
+    for i in range(count):
+        simulation = kt.Simulation(model, step=h, integrator="rk4")
+        simulation.set_state(0.0, Q[i], V[i])
+        for k in range(steps):
+            simulation.torque[:] = TAU[i, min(k // 2, samples - 1)]
+            simulation.step()
+        assert (simulation.q == Q1[i]).all() and (simulation.v == V1[i]).all()
+    batch.step(h, 0, Q, V)
+    batch.step(h, 6, TAU=TAU)  # the states in the memory, two steps a sample
+    Q2, V2 = batch.step(h, 6, Q, V, TAU)
+    assert (batch.rows(batch.q) == Q2).all() and (Q2 != Q1).any()
+    constant = model.batch(count, method="rk4").step(h, 6, Q, V, TAU[:, 0])
+    assert (batch.step(h, 6, Q, V, TAU[:, :1])[0] == constant[0]).all() and (batch.step(h, 6, Q, V, TAU[:, 0])[0] == constant[0]).all()
+    for wrong in ({"TAU": TAU[:, :, :-1]}, {"TAU": TAU[:-1]}, {"TAU": TAU, "hold": 0}, {"TAU": TAU[:, 0], "hold": 1}):
+        with pytest.raises(kt.Error):
+            batch.step(h, 6, Q, V, **wrong)
+    with pytest.raises(kt.Error, match="no multiple"):
+        batch.step(h, 7, Q, V, TAU)
+
+
 def test_parameters_of_a_copy_change_the_dynamics(held):
     rod = kt.mechanism([kt.Body("rod", joint=kt.revolute("y"), mass=1.0, shape=kt.rod(to=[1, 0, 0]))], gravity=[0, 0, -9.81])
     copy = rod.model.copy()

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
-from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, List, Optional, Sequence, Tuple, Union, cast
 
 import numpy as np
 
@@ -115,9 +115,9 @@ class Batch(Fixed):
         rows.t, rows.q, rows.v, rows.tau, rows.a, rows.x = t, q, v, tau, a, x
         return rows
 
-    def _run(self, task: int, h: float = 0.0, steps: int = 0) -> None:
+    def _run(self, task: int, h: float = 0.0, steps: int = 0, inputs: Any = ffi.NULL) -> None:
         job = self._job
-        job.task, job.h, job.steps = task, h, steps
+        job.task, job.h, job.steps, job.inputs = task, h, steps, inputs
         self._check(lib.kt_batch_run(self._batch, job, self.threads, ffi.NULL, self._error))
 
     def set_model(self, state: int, model: ModelCopy) -> None:
@@ -276,9 +276,23 @@ class Batch(Fixed):
             found["jacobian"] = matrices.swapaxes(2, 3)
         return found
 
+    def _sequence(self, TAU: Optional[Numbers], steps: int, hold: Optional[int]) -> Optional[Tuple[Any, Vector]]:
+        """A sequence of joint forces and its array; None if the forces are constant."""
+        if np.ndim(cast(Any, TAU)) != 3:
+            if hold is not None:
+                raise ArgumentError(lib.KT_ERROR_ARGUMENT, "hold", "it needs a sequence: TAU of states x samples x nv")
+            return None
+        samples = max(np.shape(cast(Any, TAU))[1], 1)
+        array = doubles(TAU, (self.states, samples, self.model.nv), "TAU")
+        if hold is None and steps % samples != 0:
+            raise ArgumentError(lib.KT_ERROR_ARGUMENT, "hold", f"{steps} steps are no multiple of {samples} samples; give hold, the steps of a sample")
+        hold = max(steps // samples, 1) if hold is None else _count(hold, 1, (1 << 31) - 1, "hold")
+        return ffi.new("kt_batch_inputs *", {"samples": samples, "hold": hold, "torque": pointer(array)}), array
+
     def step(self, h: float, steps: int, Q: Optional[Numbers] = None, V: Optional[Numbers] = None, TAU: Optional[Numbers] = None, *,
-             X: Optional[Numbers] = None, t: Optional[float] = None, out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
-        """Take steps of the method of this batch with constant joint forces.
+             X: Optional[Numbers] = None, t: Optional[float] = None, hold: Optional[int] = None,
+             out: Optional[Sequence[Vector]] = None) -> Tuple[Vector, ...]:
+        """Take steps of the method of this batch, with constant joint forces or a sequence of them.
 
         Parameters
         ----------
@@ -287,9 +301,12 @@ class Batch(Fixed):
         steps : int
             How many steps.
         Q, V, TAU, X : arrays, optional
-            As in `forward_dynamics`. Without Q the states in the memory take the steps.
+            As in `forward_dynamics`. Without Q the states in the memory take the steps. A sequence is TAU of states x samples x nv, also
+            without Q: sample k acts in the steps k hold to (k + 1) hold - 1, and the last sample in all later steps.
         t : float, optional
             Time at the start, s. Default: 0.
+        hold : int, optional
+            How many steps a sample of the sequence acts. Default: steps / samples.
         out : tuple of arrays, optional
             Where to write Q and V (and X).
 
@@ -302,10 +319,12 @@ class Batch(Fixed):
         if self.method is None:
             raise ArgumentError(lib.KT_ERROR_ARGUMENT, "method", "the batch has no method; make it with model.batch(states, method='rk4')")
         h, steps = finite(h, "h"), _count(steps, 0, (1 << 31) - 1, "steps")
+        sequence = self._sequence(TAU, steps, hold)
+        TAU, forces = (TAU, ffi.NULL) if sequence is None else (None, sequence[0])
         inputs, kept = self._inputs(Q, V=V, TAU=TAU, X=X, t=t), 3 if m.nx else 2
         if inputs is None and out is None:
             with self._guard:
-                self._run(lib.KT_BATCH_STEP, h, steps)
+                self._run(lib.KT_BATCH_STEP, h, steps, forces)
             return (self.q, self.v, self.x)[:kept]
         V_, v = self._rows(V, m.nv, "V")
         TAU_, tau = self._rows(TAU, m.nv, "TAU")
@@ -315,9 +334,9 @@ class Batch(Fixed):
         with self._guard:
             if inputs is not None:
                 lib.kt_python_batch_set(self._batch, self._all(t, q=inputs[1], v=v, tau=tau, x=x))
-            self._run(lib.KT_BATCH_STEP, h, steps)
+            self._run(lib.KT_BATCH_STEP, h, steps, forces)
             lib.kt_python_batch_get(self._batch, self._all(**dict(zip("qvx", map(pointer, results)))))
-        del inputs, V_, TAU_, X_
+        del inputs, V_, TAU_, X_, sequence
         return results
 
     @property

@@ -74,6 +74,15 @@ static bool find_in_body(const kt_body *body, const double *at, kt_assignment_ta
     return false;
 }
 
+/* Whether a number of an effect can change in a model, as in kt_parameter_find. */
+static bool can_change(const kt_effect *effect, const kt_key *key) {
+    const bool is_coefficient = key->offset == offsetof(kt_effect, friction);
+    if (kt_effect_is_hard(effect))
+        return is_coefficient && effect->type == KT_EFFECT_CONTACT && effect->friction > 0.0;
+    return effect->type != KT_EFFECT_JOINT_FRICTION || kt_effect_has_load(effect) ||
+           !(is_coefficient || key->offset == offsetof(kt_effect, efficiency));
+}
+
 /* Numbers of loops and effects are those of their keys. Those of a function of time begin with its value. */
 static bool find_in_keys(const kt_descriptor *d, const void *object, bool of_loop, const double *at,
                          kt_assignment_target *target) {
@@ -81,6 +90,8 @@ static bool find_in_keys(const kt_descriptor *d, const void *object, bool of_loo
         const void *member = (const char *)object + d->keys[i].offset;
         const kt_function *functions = member;
         if (!kt_parameter_classify(&d->keys[i], of_loop, &target->parameter))
+            continue;
+        if (!of_loop && !can_change(object, &d->keys[i]))
             continue;
         const int count = target->parameter.count;
         target->component = target->parameter.kind == KT_PARAMETER_EFFECT ? index_in(member, count, at) : -1;
@@ -117,8 +128,7 @@ bool kt_assignment_target_of(const kt_description *description, const double *at
     }
     if (lies_in_items(d->effects, d->effect_count, sizeof *d->effects, at, item)) {
         const kt_effect *effect = &d->effects[*item];
-        return !kt_effect_is_hard(effect) && !kt_effect_sticks(effect) &&
-               find_in_keys(kt_effect_descriptor(effect->type), effect, false, at, target);
+        return find_in_keys(kt_effect_descriptor(effect->type), effect, false, at, target);
     }
     return false;
 }

@@ -132,16 +132,36 @@ static kt_status find_of_body(const kt_model *m, const parts *p, kt_parameter *p
 /* The key of the place of a loop's end on the world. */
 static const char place[] = "place";
 
+/* Whether a number of an effect can change. Loops are in the place of a hard effect, and their numbers are fixed. Only
+ * the coefficient of friction is a number of the effect: a contact with friction has a second loop, which sticks.
+ * Friction of a joint that was compiled without a load has no place for the load. */
+static bool has_effect_parameter(const kt_effect_record *effect, const kt_key *key) {
+    const bool is_coefficient = key->offset == offsetof(kt_effect, friction);
+    if (effect->hard)
+        return is_coefficient && effect->type == KT_EFFECT_CONTACT && effect->loops == 2;
+    return effect->type != KT_EFFECT_JOINT_FRICTION || effect->load_slot > 0 ||
+           !(is_coefficient || key->offset == offsetof(kt_effect, efficiency));
+}
+
+/* Rejects a number of an effect that cannot change. */
+static kt_status reject_fixed(const kt_effect_record *effect, const parts *p, kt_error *error) {
+    if (effect->hard && !(effect->type == KT_EFFECT_CONTACT && strcmp(p->key, "friction") == 0))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "parameter",
+                            "effect %s is hard: loops are in its place, whose numbers are fixed, except the friction "
+                            "of a contact",
+                            kt_name_quote(p->item).text);
+    return kt_error_set(error, KT_ERROR_ARGUMENT, "parameter",
+                        "effect %s was compiled without %s, and has no equations for it; compile the description with "
+                        "such friction",
+                        kt_name_quote(p->item).text, effect->hard ? "friction" : "friction from a load");
+}
+
 static kt_status find_of_type(const kt_model *m, const parts *p, kt_parameter *parameter, kt_error *error) {
     const char *what = p->loop ? "loop" : "effect";
     const size_t count = p->loop ? m->n.loop : m->n.effect + m->n.effect_off;
     const int item = find_item(m, what, p->item, p->loop ? loop_name : effect_name_at, count, error);
     if (item < 0)
         return KT_ERROR_ARGUMENT;
-    if (!p->loop && m->effect[item].hard)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "parameter",
-                            "effect %s is hard: loops are in its place, whose numbers are fixed",
-                            kt_name_quote(p->item).text);
     if (p->loop && strcmp(p->key, place) == 0 && kt_loop_place_end(&m->loop[item]) >= 0) {
         *parameter = (kt_parameter){.kind = KT_PARAMETER_LOOP_PLACE, .item = item, .count = KT_PLACE_COUNT};
         return KT_OK;
@@ -155,11 +175,15 @@ static kt_status find_of_type(const kt_model *m, const parts *p, kt_parameter *p
         if (!kt_parameter_classify(key, p->loop, &found) || (p->loop && m->loop[item].curve.type == KT_FUNCTION_NONE))
             continue; /* no number, or the arc length of a curve that is free */
         if (strcmp(key->name, p->key) == 0 || (key->also && strcmp(key->also, p->key) == 0)) {
+            if (!p->loop && !has_effect_parameter(&m->effect[item], key))
+                return reject_fixed(&m->effect[item], p, error);
             *parameter = found;
             return KT_OK;
         }
         (void)kt_nearest_try(&search, key->name);
     }
+    if (!p->loop && m->effect[item].hard)
+        return reject_fixed(&m->effect[item], p, error);
     (void)kt_nearest_try(&search, p->loop && kt_loop_place_end(&m->loop[item]) >= 0 ? place : NULL);
     return reject_key(what, p, &search, error);
 }
@@ -208,7 +232,8 @@ static bool belongs(const kt_model *m, const kt_parameter *parameter) {
     case KT_PARAMETER_EFFECT_CURVE:
     case KT_PARAMETER_EFFECT_VALUE:
         return KT_IS_INDEX(item, m->n.effect + m->n.effect_off) &&
-               has_parameter_key(kt_effect_descriptor((kt_effect_type)m->effect[item].type), false, parameter);
+               has_parameter_key(kt_effect_descriptor((kt_effect_type)m->effect[item].type), false, parameter) &&
+               has_effect_parameter(&m->effect[item], parameter->key);
     case KT_PARAMETER_LOOP_CURVE:
         return KT_IS_INDEX(item, m->n.loop) &&
                has_parameter_key(kt_loop_descriptor((kt_loop_type)m->loop[item].type), true, parameter);
@@ -392,6 +417,8 @@ static kt_status check_changed_effect(const kt_model *m, const kt_parameter *par
     effect.name = effect_name_at(m, (size_t)parameter->item);
     effect.initial_length = false;
     effect.stick = record.direction != 0.0;
+    effect.restitution = record.hard ? 0.0 : standard.restitution;
+    effect.load = record.load_slot > 0 && record.load_loop >= 0 ? loop_name(m, (size_t)record.load_loop) : NULL;
 #define PARAMETER_NUMBER(member) effect.member = record.member;
     KT_EFFECT_NUMBERS(PARAMETER_NUMBER)
 #undef PARAMETER_NUMBER

@@ -156,8 +156,20 @@ static void finish_group_step(kt_batch_work *w, kt_batch_group *group, double h,
     }
 }
 
+/* Sets the joint forces of the live lanes for a step, at which a sample begins. */
+static void put_sample(kt_batch *batch, const kt_batch_group *group, const kt_batch_inputs *inputs, int step) {
+    const size_t width = batch->n.width, nv = batch->n.nv, samples = (size_t)inputs->samples;
+    const size_t sample = (size_t)(step / inputs->hold);
+    double *tau = batch->tau + group->first * nv;
+    for (size_t lane = 0; lane < group->used && sample < samples && step % inputs->hold == 0; lane++)
+        if (kt_lane_is_in(group->live, lane))
+            kt_lane_put(inputs->torque + ((group->first + lane) * samples + sample) * nv, width, lane, nv, tau);
+}
+
 void kt_batch_advance(kt_batch_work *w, kt_batch_group *group, const kt_batch_job *job, kt_batch_fault *fault) {
     for (int i = 0; i < job->steps && group->live; i++) {
+        if (job->inputs)
+            put_sample(w->batch, group, job->inputs, i);
         if (job->task == KT_BATCH_SEMI_IMPLICIT_STEP)
             take_semi_implicit(w, group, job->h, fault);
         else
@@ -184,5 +196,10 @@ kt_status kt_batch_check_step(const kt_batch *batch, const kt_batch_job *job, kt
     if (!isfinite(job->h) || job->steps < 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "%d steps of h = %g s cannot be taken", job->steps,
                             job->h);
+    const kt_batch_inputs *inputs = job->inputs;
+    if (inputs && (inputs->samples < 1 || inputs->hold < 1 || (!inputs->torque && batch->n.nv > 0)))
+        return kt_error_set(error, KT_ERROR_ARGUMENT, "job.inputs",
+                            "%d samples of %d steps each, at %s: all must be given, and be 1 or more", inputs->samples,
+                            inputs->hold, inputs->torque ? "their address" : "NULL");
     return reject_contacts(batch->model, error);
 }

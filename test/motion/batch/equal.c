@@ -9,6 +9,8 @@
 
 #include "batch/batch.h"
 #include "dynamics/dynamics.h"
+#include "kinetree/run.h"
+#include "kinetree/simulation.h"
 #include "kinetree/study.h"
 
 #include <math.h>
@@ -69,7 +71,7 @@ static void vary_lengths(kt_tree *tree, kt_many *many, kt_isa isa, kt_model *lon
 static uint64_t compare(kt_isa isa, const char *what, int trees, bool spoilt, bool varied) {
     const double h = 0.01;
     kt_random random = kt_random_of_test();
-    int different[5] = {0, 0, 0, 0, 0};
+    int different[6] = {0, 0, 0, 0, 0, 0};
     uint64_t in_lanes = 0;
     static kt_load_list loads;
     for (int n = 0; n < trees; n++) {
@@ -95,6 +97,7 @@ static uint64_t compare(kt_isa isa, const char *what, int trees, bool spoilt, bo
         different[2] += kt_many_compare_steps(&many, tree.data, h, 3);
         different[3] += kt_many_compare_semi_implicit(&many, tree.data, h, 3);
         different[4] += kt_many_compare_sensors(&many, tree.data);
+        different[5] += kt_many_compare_inputs(&many, tree.data, h, 3);
         in_lanes += kt_batch_report_of(many.batch).in_lanes;
         kt_many_free(&many);
     }
@@ -104,6 +107,7 @@ static uint64_t compare(kt_isa isa, const char *what, int trees, bool spoilt, bo
     kt_check_equal_int("states that differ after three steps", different[2], 0);
     kt_check_equal_int("states that differ after three semi-implicit steps", different[3], 0);
     kt_check_equal_int("states of which a frame's motion or Jacobian differs", different[4], 0);
+    kt_check_equal_int("states that differ after three steps of each kind, with a sequence of forces", different[5], 0);
     return in_lanes;
 }
 
@@ -184,6 +188,9 @@ KT_TEST(a_batch_works_in_the_memory_of_the_caller_and_allocates_nothing) {
     const kt_batch_frame frame = {0, -1};
     const kt_batch_sensors sensors = {.frames = &frame, .count = 1, .motion = motion};
     const kt_batch_options options = {.states = 21, .method = kt_method_find("rk4")};
+    static const double torque[21 * 2 * KT_TREE_NV];
+    const kt_batch_inputs inputs = {.samples = 2, .hold = 1, .torque = torque};
+    const kt_batch_job job = {.task = KT_BATCH_STEP, .h = 0.001, .steps = 3, .inputs = &inputs};
     kt_tree_grow(&tree, &plan, &random);
     const size_t size = kt_batch_size(tree.model, &options);
     memset(memory, 0xFF, sizeof memory);
@@ -204,6 +211,8 @@ KT_TEST(a_batch_works_in_the_memory_of_the_caller_and_allocates_nothing) {
         status = kt_batch_step(batch, 0.001, 10, &error);
     if (status == KT_OK)
         status = kt_batch_step_semi_implicit(batch, 0.001, 10, &error);
+    if (status == KT_OK)
+        status = kt_batch_compute(batch, &job, &error);
     const long allocations = kt_interpose_stop();
     kt_check_equal_int("status", status, KT_OK);
     kt_check_equal_int("allocations", allocations, 0);
@@ -246,6 +255,84 @@ KT_TEST(lanes_are_the_memory_of_the_batch) {
     kt_batch_free(batch);
 }
 
+/* ---- sequences of joint forces ----------------------------------------------------------------------------------- */
+
+enum { ROLLOUTS = 11, SAMPLES = 5, HOLD = 4, ROLLOUT_STEPS = SAMPLES * HOLD + 3 };
+
+/* Takes the steps of one state by a simulation, and sets the joint forces between them. */
+static kt_status simulate_alone(const kt_tree *tree, double h, const double *torque, const kt_tree_state *s, double *q,
+                                double *v) {
+    const size_t nq = (size_t)kt_model_nq(tree->model), nv = (size_t)kt_model_nv(tree->model);
+    kt_run run = kt_run_default();
+    kt_simulation *simulation = NULL;
+    kt_error error;
+    run.integrator = "rk4";
+    run.step = h;
+    run.duration = 100.0;
+    kt_status status = kt_simulation_create(tree->model, &run, NULL, &simulation, &error);
+    if (status == KT_OK)
+        status = kt_simulation_set_state(simulation, 0.0, s->q, s->v, &error);
+    for (int k = 0; k < ROLLOUT_STEPS && status == KT_OK; k++) {
+        if (k % HOLD == 0 && k / HOLD < SAMPLES)
+            status = kt_simulation_set_torque(simulation, torque + (size_t)(k / HOLD) * nv, &error);
+        if (status == KT_OK)
+            status = kt_simulation_step(simulation, HUGE_VAL, &error);
+    }
+    if (status == KT_OK) {
+        memcpy(q, kt_simulation_positions(simulation), nq * sizeof *q);
+        memcpy(v, kt_simulation_velocities(simulation), nv * sizeof *v);
+    }
+    kt_simulation_free(simulation);
+    return status;
+}
+
+/* Compares a job that has a sequence of joint forces with simulations. Returns the number of states that differ. */
+static int compare_rollouts(const kt_tree *tree, kt_random *random, size_t threads) {
+    const double h = 1.0 / 1024.0;
+    const size_t nq = (size_t)kt_model_nq(tree->model), nv = (size_t)kt_model_nv(tree->model);
+    const kt_batch_options options = {.states = ROLLOUTS, .threads = threads, .method = kt_method_find("rk4")};
+    static double torque[ROLLOUTS * SAMPLES * KT_TREE_NV];
+    static kt_tree_state start[ROLLOUTS];
+    const kt_batch_inputs inputs = {.samples = SAMPLES, .hold = HOLD, .torque = torque};
+    const kt_batch_job job = {.task = KT_BATCH_STEP, .h = h, .steps = ROLLOUT_STEPS, .inputs = &inputs};
+    kt_batch *batch = NULL;
+    kt_error error;
+    int different = 0;
+    kt_need_fine("batch", kt_batch_create(tree->model, &options, &batch, &error), &error);
+    for (size_t i = 0; i < ROLLOUTS; i++) {
+        kt_tree_state_draw(tree, random, &start[i]);
+        different += kt_batch_set_state(batch, i, 0.0, start[i].q, start[i].v, NULL) != KT_OK;
+    }
+    for (size_t i = 0; i < ROLLOUTS * SAMPLES * nv; i++)
+        torque[i] = kt_random_uniform(random, -1.0, 1.0);
+    kt_need_fine("job", kt_batch_run(batch, &job, threads, NULL, &error), &error);
+    for (size_t i = 0; i < ROLLOUTS; i++) {
+        double q[KT_TREE_NQ], v[KT_TREE_NV], tau[KT_TREE_NV], found_q[KT_TREE_NQ], found_v[KT_TREE_NV];
+        const double *own = torque + i * SAMPLES * nv;
+        different += simulate_alone(tree, h, own, &start[i], q, v) != KT_OK ||
+                     kt_batch_get_state(batch, i, NULL, found_q, found_v, NULL) != KT_OK ||
+                     kt_batch_get_torque(batch, i, tau, NULL) != KT_OK || memcmp(q, found_q, nq * sizeof *q) != 0 ||
+                     memcmp(v, found_v, nv * sizeof *v) != 0 ||
+                     memcmp(tau, own + (SAMPLES - 1) * nv, nv * sizeof *tau) != 0;
+    }
+    kt_batch_free(batch);
+    return different;
+}
+
+KT_TEST(rollout_with_a_sequence_has_the_bits_of_a_simulation_whose_inputs_are_set) {
+    kt_random random = kt_random_of_test();
+    int different = 0;
+    for (int n = 0; n < 20; n++) {
+        kt_tree tree;
+        kt_tree_plan plan = n % 2 ? kt_tree_plan_default() : kt_tree_plan_planar();
+        plan.bodies = kt_random_int(&random, 1, KT_TREE_BODIES);
+        kt_tree_describe(&tree, &plan, &random);
+        kt_tree_compile(&tree, &(kt_model_options){.isa = n % 4 < 2 ? KT_ISA_AUTO : KT_ISA_BASE});
+        different += compare_rollouts(&tree, &random, 1 + (size_t)n % KT_MANY_THREADS);
+    }
+    kt_check_equal_int("states that differ", different, 0);
+}
+
 /* ---- arguments --------------------------------------------------------------------------------------------------- */
 
 /* A batch that was made for one thread. */
@@ -274,6 +361,13 @@ static void reject_jobs(kt_batch *batch) {
     }
     job = (kt_batch_job){.task = KT_BATCH_SEMI_IMPLICIT_STEP, .h = (double)NAN, .steps = 1};
     kt_check_equal_int("a step of NaN", kt_batch_compute(batch, &job, &error), KT_ERROR_ARGUMENT);
+    static const double torque[3 * KT_TREE_NV];
+    const kt_batch_inputs inputs[] = {{0, 1, torque}, {1, 0, torque}, {1, 1, NULL}};
+    for (size_t k = 0; k < sizeof inputs / sizeof *inputs; k++) {
+        job = (kt_batch_job){.task = KT_BATCH_SEMI_IMPLICIT_STEP, .h = 0.1, .steps = 1, .inputs = &inputs[k]};
+        kt_check_equal_int("inputs", kt_batch_compute(batch, &job, &error), KT_ERROR_ARGUMENT);
+        kt_check_text("where", error.where, "job.inputs");
+    }
 }
 
 KT_TEST(wrong_arguments_are_rejected) {

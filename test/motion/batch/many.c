@@ -344,6 +344,10 @@ static kt_status advance_alone(kt_many *many, kt_data *data, size_t i, const kt_
     memcpy(s->q, many->q + i * many->nq, many->nq * sizeof *s->q);
     memcpy(s->v, many->v + i * many->nv, many->nv * sizeof *s->v);
     for (int k = 0; k < job->steps; k++) {
+        if (job->inputs != NULL) {
+            const size_t samples = (size_t)job->inputs->samples, sample = (size_t)(k / job->inputs->hold);
+            s->tau = job->inputs->torque + (i * samples + (sample < samples ? sample : samples - 1)) * many->nv;
+        }
         const kt_status status = step(many, data, s, job->h);
         if (status != KT_OK)
             return status;
@@ -383,4 +387,22 @@ int kt_many_compare_steps(kt_many *many, kt_data *data, double h, int steps) {
 
 int kt_many_compare_semi_implicit(kt_many *many, kt_data *data, double h, int steps) {
     return compare_job(many, data, &(kt_batch_job){.task = KT_BATCH_SEMI_IMPLICIT_STEP, .h = h, .steps = steps});
+}
+
+/* The forces of a state are scaled by another factor in each sample. */
+int kt_many_compare_inputs(kt_many *many, kt_data *data, double h, int steps) {
+    enum { SAMPLES = 2 };
+    static const double factor[SAMPLES] = {1.5, -0.75};
+    const size_t nv = many->nv;
+    double *torque = calloc(KT_MANY_STATES * SAMPLES * nv + 1, sizeof *torque);
+    const kt_batch_inputs inputs = {.samples = SAMPLES, .hold = 2, .torque = torque};
+    int different = 0;
+    for (size_t i = 0; i < KT_MANY_STATES; i++)
+        for (size_t k = 0; k < SAMPLES * nv; k++)
+            torque[i * SAMPLES * nv + k] = factor[k / nv] * many->tau[i * nv + k % nv];
+    for (int task = KT_BATCH_STEP; task <= KT_BATCH_SEMI_IMPLICIT_STEP; task++)
+        different += compare_job(
+            many, data, &(kt_batch_job){.task = (kt_batch_task)task, .h = h, .steps = steps, .inputs = &inputs});
+    free(torque);
+    return different;
 }

@@ -38,5 +38,6 @@ int kt_many_compare_inverse(kt_many *many, kt_data *data);
 int kt_many_compare_sensors(kt_many *many, kt_data *data); /* of all bodies and markers */
 int kt_many_compare_steps(kt_many *many, kt_data *data, double h, int steps);
 int kt_many_compare_semi_implicit(kt_many *many, kt_data *data, double h, int steps);
+int kt_many_compare_inputs(kt_many *many, kt_data *data, double h, int steps); /* of both, with a sequence of forces */
 
 #endif

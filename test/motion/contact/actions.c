@@ -70,11 +70,11 @@ static action draw(const mask_pair *pair, kt_random *random) {
 
 /* A new gravity or friction. */
 static kt_status find_change(const kt_model *model, const action *a, kt_parameter_change *change, kt_error *error) {
-    static const char *const names[] = {"gravity", "effect f0.coulomb", "effect f1.coulomb"};
-    const int which = a->x[2] < 0.4 ? 0 : a->x[2] < 0.7 ? 1 : 2;
+    static const char *const names[] = {"gravity", "effect f0.coulomb", "effect f1.coulomb", "effect c3.friction"};
+    const int which = a->x[2] < 0.3 ? 0 : a->x[2] < 0.5 ? 1 : a->x[2] < 0.7 ? 2 : 3;
     *change = (kt_parameter_change){.values = {3.0 * (a->x[1] - 0.5), 0.0, -9.81 - 4.0 * (a->x[0] - 0.5)}};
     if (which > 0)
-        change->values[0] = which == 1 ? 1.0 + 4.0 * a->x[0] : 0.3 + 0.5 * a->x[0];
+        change->values[0] = which == 1 ? 1.0 + 4.0 * a->x[0] : which == 2 ? 0.3 + 0.5 * a->x[0] : 0.8 * a->x[0];
     return kt_parameter_find(model, names[which], &change->parameter, error);
 }
 
