@@ -13,8 +13,8 @@
  * replaced by a time step. Events of the caller are found within a time step. Each of them divides the time step.
  *
  * At the end of the step, contacts are resolved as after an impact, and are events again. If contacts cannot be
- * resolved, because a time step left one deeper than events allow, the next step is a time step, too. The counts have
- * the number of time steps (kt_contact_counts.completed). */
+ * resolved, because a time step left one deeper than events allow, the next step is a time step, too. This holds at the
+ * instant of an impact, too. The counts have the number of time steps (kt_contact_counts.completed). */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "contact/contact.h"
@@ -24,12 +24,17 @@
 #include <math.h>
 
 /* Evaluations of a time step and of the slope at its beginning, and of a try besides its stages: the slopes at both
- * ends. An implicit method takes a number of evaluations that depends on its iterations. */
+ * ends. The stages of the dense output count, too, because events are sought in it. An implicit method takes a number
+ * of evaluations that depends on its iterations: usual tries have room, and a try that needs more is stopped. */
 enum { TIME_STEP = 3, ENDS = 2, IMPLICIT_TRY = 64 };
 
 uint64_t kt_step_evaluations_least(const kt_method *method) {
     const int most = kt_method_family_of(method)->stages_max, stages = most > 0 ? most : method->stages;
-    return TIME_STEP + ENDS + (uint64_t)(kt_method_needs_newton(method) ? IMPLICIT_TRY : stages);
+    return TIME_STEP + ENDS + (uint64_t)(kt_method_needs_newton(method) ? IMPLICIT_TRY : stages + method->dense_stages);
+}
+
+static bool is_bounded(const kt_simulation *simulation) {
+    return simulation->contacts != NULL && simulation->options.step_evaluations > 0;
 }
 
 /* Whether one more try would exceed the bound. */
@@ -91,19 +96,35 @@ static kt_status enter_bounded(kt_simulation *simulation, const kt_step_progress
 }
 
 static void prepare_bounded(kt_simulation *simulation, kt_step_progress *progress) {
-    if (simulation->memory.leaps || !is_exhausted(simulation))
-        return;
+    kt_integrator *it = simulation->integrator;
+    const kt_simulation_memory *memory = &simulation->memory;
+    const bool exhausted = !memory->leaps && is_exhausted(simulation);
+    if (exhausted) {
+        begin_leaps(simulation);
+        progress->t_limit = simulation->contacts->bounded_end;
+    }
+    it->exhausted = false;
+    it->evaluations_end = memory->leaps || !kt_method_needs_newton(it->method)
+                              ? 0
+                              : memory->step_begun + simulation->options.step_evaluations - TIME_STEP;
+}
+
+static void end_bounded(kt_simulation *simulation) { simulation->integrator->evaluations_end = 0; }
+
+bool kt_bounded_step_replaces(kt_simulation *simulation, kt_status failed) {
+    const bool helps = simulation->integrator->exhausted || failed == KT_ERROR_STEP || failed == KT_ERROR_CONSTRAINT ||
+                       failed == KT_ERROR_SINGULAR || failed == KT_ERROR_NOT_FINITE;
+    if (!is_bounded(simulation) || simulation->memory.leaps || !helps || simulation->cause.code == KT_ERROR_CALLBACK)
+        return false;
+    simulation->memory.beyond = false;
     begin_leaps(simulation);
-    progress->t_limit = simulation->contacts->bounded_end;
+    return true;
 }
 
 /* A step that fails is repeated as a time step, unless a callback failed. */
 static bool retry_bounded(kt_simulation *simulation, kt_step_progress *progress, kt_status failed) {
-    const bool may = failed == KT_ERROR_STEP || failed == KT_ERROR_CONSTRAINT || failed == KT_ERROR_SINGULAR ||
-                     failed == KT_ERROR_NOT_FINITE;
-    if (simulation->memory.leaps || !may || simulation->cause.code == KT_ERROR_CALLBACK)
+    if (!kt_bounded_step_replaces(simulation, failed))
         return false;
-    begin_leaps(simulation);
     progress->t_limit = simulation->contacts->bounded_end;
     return true;
 }
@@ -133,13 +154,10 @@ static void resume_bounded(kt_simulation *simulation) {
         end_leaps(simulation);
 }
 
-static bool is_bounded(const kt_simulation *simulation) {
-    return simulation->contacts != NULL && simulation->options.step_evaluations > 0;
-}
-
 const kt_part kt_bounded_step_part = {.is_active = is_bounded,
                                       .enter = enter_bounded,
                                       .prepare = prepare_bounded,
                                       .accept = accept_bounded,
                                       .retry = retry_bounded,
+                                      .count = end_bounded,
                                       .resume = resume_bounded};

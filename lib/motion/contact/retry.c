@@ -130,6 +130,8 @@ static bool shorten_step(kt_simulation *simulation, kt_status status, double *t_
 /* Shorter steps are tried first. If none may pass, a contact that friction wedges is freed. */
 static bool retry_step(kt_simulation *simulation, kt_step_progress *progress, kt_status failed) {
     kt_contact_retry *retry = &simulation->contacts->retry;
+    if (simulation->integrator->exhausted) /* a time step follows (bounded_step.c) */
+        return false;
     if (shorten_step(simulation, failed, &progress->t_limit))
         return true;
     simulation->memory.shortened = 0.0;

@@ -169,12 +169,14 @@ struct kt_integrator {
     int derivative_slot;     /* slot of f(t, y): 0, fresh, or -1 if it is in none */
     double quadrature_error; /* see kt_integrator_quadrature_error */
     uint64_t tries_end; /* the number of steps and rejected steps beyond which the present call has no more; 0: none */
-    uint64_t tries_in_call; /* how many the call may take */
-    double call_began;      /* the time at which the call began */
-    bool used_up;           /* the call needed more of them */
-    bool may_end_early;     /* events may end the motion before t_limit */
-    double until;           /* the end of the motion, if steps are limited to an earlier time; else 0 */
-    size_t blamed;          /* component that caused the last step to fail; n: none */
+    uint64_t tries_in_call;   /* how many the call may take */
+    double call_began;        /* the time at which the call began */
+    bool used_up;             /* the call needed more of them */
+    uint64_t evaluations_end; /* the number of evaluations beyond which tries have no more, and stop; 0: none */
+    bool exhausted;           /* a try needed more of them */
+    bool may_end_early;       /* events may end the motion before t_limit */
+    double until;             /* the end of the motion, if steps are limited to an earlier time; else 0 */
+    size_t blamed;            /* component that caused the last step to fail; n: none */
     KT_ARENA_DECLARE(KT_INTEGRATOR_FIELDS)
 };
 

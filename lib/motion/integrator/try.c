@@ -20,6 +20,11 @@ size_t kt_first_not_finite(const double *values, size_t n) {
 kt_try_result kt_evaluate(kt_integrator *it, double t, const double *y, size_t slot, kt_try *result) {
     assert(slot < it->sizes.slots && y != it->k[slot]);
     assert(isfinite(t));
+    if (it->evaluations_end > 0 && it->memory.counts.evaluations >= it->evaluations_end) {
+        it->exhausted = true;
+        result->code = 0;
+        return kt_try_fail(result, KT_TRY_STOPPED, "the last evaluation", t);
+    }
     it->memory.counts.evaluations++;
     const int code = it->callbacks.rhs(t, y, it->k[slot], it->callbacks.user);
     if (code == 0 && kt_all_finite(it->k[slot], it->sizes.n))

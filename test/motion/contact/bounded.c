@@ -16,21 +16,25 @@ enum { TICKS = 200, CALM = 300 };
 static const double tick = 1e-3, mass = 2.0, height = 0.1;
 
 /* A box on four corners, above the plane z = 0, which slides along x. */
-static void make_box(kt_parsed *m, double above, double speed, double friction, double restitution) {
+static void make_box_of(kt_parsed *m, double factor, double above, double speed, double friction, double restitution) {
     char text[2048];
     size_t used = (size_t)snprintf(
         text, sizeof text,
-        "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n  - name: box\n    mass: %.17g\n    inertia: [0.02, 0.05, "
-        "0.06]\n"
+        "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n  - name: box\n    mass: %.17g\n    inertia: [%.17g, "
+        "%.17g, %.17g]\n"
         "    joint: {type: free, position: {position: [0, 0, %.17g]}, velocity: {linear: [%.17g, 0, 0]}}\n    markers: "
         "{a: [0.2, 0.1, -0.1], b: [0.2, -0.1, -0.1], c: [-0.2, 0.1, -0.1], d: [-0.2, -0.1, -0.1]}\neffects:\n",
-        mass, height + above, speed);
+        factor * mass, factor * 0.02, factor * 0.05, factor * 0.06, height + above, speed);
     for (int i = 0; i < 4; i++)
         used += (size_t)snprintf(text + used, sizeof text - used,
                                  "  - {name: f%d, type: contact, point: box.%c, radius: 0, plane: world, axis: z, "
                                  "restitution: %.17g, friction: %.17g}\n",
                                  i, 'a' + i, restitution, friction);
     kt_parsed_make(m, text);
+}
+
+static void make_box(kt_parsed *m, double above, double speed, double friction, double restitution) {
+    make_box_of(m, 1.0, above, speed, friction, restitution);
 }
 
 static kt_simulation *begin_box(const kt_parsed *m, const char *method, uint64_t bound) {
@@ -50,20 +54,25 @@ static double take_tick(kt_simulation *simulation, const char *method) {
 }
 
 /* Pushes a box with random wrenches that overturn it. Returns the largest number of evaluations of a tick. */
-static double push_box(kt_simulation *simulation, kt_random *random, const char *method, int ticks) {
+static double push_box_of(kt_simulation *simulation, kt_random *random, const char *method, double factor, int ticks) {
     double worst = 0.0;
     for (int k = 0; k < ticks; k++) {
         kt_wrench wrench[2] = {{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}};
         kt_error error = {0};
         for (int i = 0; i < 3; i++)
-            (&wrench[1].moment.x)[i] = kt_random_uniform(random, -4.0, 4.0);
-        wrench[1].force = kt_vec3_make(kt_random_uniform(random, -20.0, 20.0), kt_random_uniform(random, -20.0, 20.0),
-                                       kt_random_uniform(random, -40.0, 10.0));
+            (&wrench[1].moment.x)[i] = factor * kt_random_uniform(random, -4.0, 4.0);
+        wrench[1].force = kt_vec3_scale(factor, kt_vec3_make(kt_random_uniform(random, -20.0, 20.0),
+                                                             kt_random_uniform(random, -20.0, 20.0),
+                                                             kt_random_uniform(random, -40.0, 10.0)));
         if (k % 5 == 0)
             kt_need_fine("wrench", kt_simulation_set_wrenches(simulation, wrench, &error), &error);
         worst = fmax(worst, take_tick(simulation, method));
     }
     return worst;
+}
+
+static double push_box(kt_simulation *simulation, kt_random *random, const char *method, int ticks) {
+    return push_box_of(simulation, random, method, 1.0, ticks);
 }
 
 /* The bound holds in every tick. Once the box rests, the simulation follows events again: with rk4, each tick then
@@ -97,6 +106,52 @@ KT_TEST(no_tick_exceeds_its_evaluations) {
     }
     kt_check_above("ticks that a time step completed", completed, 10.0);
     kt_check_above("evaluations of a tick without a bound", unbounded, 60.0);
+}
+
+/* Implicit methods iterate, and dop853 evaluates more often where a step ends at an event. Both stay within the bound. */
+KT_TEST(no_tick_of_costlier_methods_exceeds_its_evaluations) {
+    static const struct {
+        const char *name;
+        uint64_t bound;
+    } methods[] = {{"dop853", 24}, {"radau5", 75}, {"implicit-euler", 75}, {"crank-nicolson", 75}};
+    kt_random random = kt_random_of_test();
+    for (int n = 0; n < 8; n++) {
+        const char *method = methods[n % 4].name;
+        kt_parsed m;
+        kt_note("%s", method);
+        make_box(&m, 1e-3, 0.5, 0.3 + 0.1 * n, n % 3 * 0.3);
+        kt_simulation *simulation = begin_box(&m, method, methods[n % 4].bound);
+        kt_check_below("evaluations of a tick", push_box(simulation, &random, method, TICKS),
+                       (double)methods[n % 4].bound + 0.5);
+        kt_check_above("completed", (double)kt_simulation_contacts(simulation).completed, 0.5);
+    }
+}
+
+/* All masses, inertias, forces and moments are multiplied by a power of 4, whose square root is exact: every number of
+ * the motion is the same, and so is every count. */
+KT_TEST(masses_change_neither_the_motion_nor_its_evaluations) {
+    static const double factors[] = {0x1p-20, 0x1p-4, 0x1p20};
+    for (int n = 0; n < 6; n++) {
+        const char *method = n < 3 ? "rk4" : "dopri5";
+        kt_random random = kt_random_of_test(), same = random;
+        kt_parsed m, twin;
+        make_box_of(&m, 1.0, 1e-3, 0.5, 0.5, 0.3);
+        make_box_of(&twin, factors[n % 3], 1e-3, 0.5, 0.5, 0.3);
+        kt_simulation *simulation = begin_box(&m, method, 24), *other = begin_box(&twin, method, 24);
+        kt_note("%s, masses times %g", method, factors[n % 3]);
+        for (int k = 0; k < 20; k++) {
+            const double worst = push_box_of(simulation, &random, method, 1.0, 10);
+            kt_check_near("worst tick", push_box_of(other, &same, method, factors[n % 3], 10), worst, 0.0);
+        }
+        const kt_contact_counts one = kt_simulation_contacts(simulation), two = kt_simulation_contacts(other);
+        kt_check_above("completed", (double)one.completed, 10.0);
+        kt_check_equal_int("completed", (int64_t)two.completed, (int64_t)one.completed);
+        kt_check_equal_int("impacts", (int64_t)two.impacts, (int64_t)one.impacts);
+        kt_check_equal_int("evaluations", (int64_t)kt_simulation_counts_of(other).evaluations,
+                           (int64_t)kt_simulation_counts_of(simulation).evaluations);
+        kt_check_equal_bits("positions", kt_simulation_positions(other), kt_simulation_positions(simulation), 7);
+        kt_check_equal_bits("velocities", kt_simulation_velocities(other), kt_simulation_velocities(simulation), 6);
+    }
 }
 
 /* A box that slides onto the floor, with a bound that leaves no room to search the impact. The impact takes
