@@ -262,15 +262,19 @@ static int run_grid(const choice *what) {
             continue;
         print_line(&c, &l);
         if (ways[c.way].fixed && l.worst > all.worst)
-            all = (line){.runs = all.runs, .failed = all.failed, .worst = l.worst, .of = c};
+            all.worst = l.worst, all.of = c;
         all.runs += l.runs;
         all.failed += l.failed;
+        all.completed += l.completed;
+        all.standing = c.task == STAND && ways[c.way].fixed && l.standing > all.standing ? l.standing : all.standing;
         expensive += (double)l.worst > what->most;
         l = (line){0};
     }
     printf("%d runs of %g s, %d failed\n", all.runs, what->duration, all.failed);
-    printf("the worst tick with fixed steps takes %.0f evaluations: %s %s %s\n", (double)all.worst,
-           robots[all.of.robot].name, task_names[all.of.task], ways[all.of.way].name);
+    printf("the worst tick with fixed steps takes %.0f evaluations: %s %s %s; %.0f of robots that stand\n",
+           (double)all.worst, robots[all.of.robot].name, task_names[all.of.task], ways[all.of.way].name,
+           (double)all.standing);
+    printf("%.0f ticks were completed by a time step\n", (double)all.completed);
     if (expensive > 0)
         printf("%d lines have a tick of more than %.0f evaluations\n", expensive, what->most);
     return all.failed + expensive;

@@ -138,7 +138,7 @@ def test_a_batch_has_the_bits_of_single_calls(scenes, random_state):
 
 
 def test_a_batch_takes_a_sequence_of_joint_forces(scenes, random_state):
-    model, count, samples, steps, h = kt.load(scenes / f"{TREES[0]}.yaml").model, 11, 3, 7, 1 / 1024
+    model, count, samples, steps, h = kt.load(scenes / "arm7.yaml").model, 11, 3, 7, 1 / 1024
     states = [random_state(model, seed) for seed in range(count)]
     Q, V = (np.array([state[k] for state in states]) for k in range(2))
     TAU = np.array([[random_state(model, 100 * seed + k)[2] for k in range(samples)] for seed in range(count)])
@@ -150,7 +150,7 @@ def test_a_batch_takes_a_sequence_of_joint_forces(scenes, random_state):
         for k in range(steps):
             simulation.torque[:] = TAU[i, min(k // 2, samples - 1)]
             simulation.step()
-        assert (simulation.q == Q1[i]).all() and (simulation.v == V1[i]).all()
+        assert (simulation.positions == Q1[i]).all() and (simulation.velocities == V1[i]).all()
     batch.step(h, 0, Q, V)
     batch.step(h, 6, TAU=TAU)  # the states in the memory, two steps a sample
     Q2, V2 = batch.step(h, 6, Q, V, TAU)
@@ -162,6 +162,30 @@ def test_a_batch_takes_a_sequence_of_joint_forces(scenes, random_state):
             batch.step(h, 6, Q, V, **wrong)
     with pytest.raises(kt.Error, match="no multiple"):
         batch.step(h, 7, Q, V, TAU)
+
+
+def test_friction_of_a_hard_contact_is_set_at_run_time(held):
+    g, tilt, mu, t1 = 9.81, 0.35, 0.1, 0.25
+    scene = kt.Scene(f"""
+kinetree: 1
+gravity: [{g * np.sin(tilt):.17g}, 0, {-g * np.cos(tilt):.17g}]
+bodies:
+  - {{name: slide, joint: {{type: prismatic, axis: x}}, mass: 1}}
+  - {{name: foot, parent: slide, joint: {{type: prismatic, axis: z, position: 0.1}}, mass: 1}}
+effects: [{{name: floor, type: contact, point: foot, radius: 0.1, plane: world, axis: z, friction: 0.8, restitution: 0}}]
+""")
+    model = scene.model.copy()
+    simulation = scene.simulation(model=model, step=1e-3, duration=10.0)
+    simulation.advance(t1)
+    held(abs(simulation.positions[0]), 1e-12, "sticks, m")
+    simulation.set("effect floor.friction", mu)
+    simulation.advance(1.0)
+    pull = g * (np.sin(tilt) - 0.5 * mu * np.cos(tilt))  # half of the weight presses
+    held(abs(simulation.positions[0] - 0.5 * pull * (1.0 - t1) ** 2), 1e-9, "slides, m")
+    assert model.get("effect floor.friction") == mu
+    for wrong in (-0.1, float("nan")):
+        with pytest.raises(kt.Error):
+            simulation.set("effect floor.friction", wrong)
 
 
 def test_parameters_of_a_copy_change_the_dynamics(held):

@@ -564,6 +564,9 @@ KT_CHECKED kt_status kt_contacts_follow_time_step(kt_simulation *simulation, kt_
 
 /* The least bound of the evaluations of a fixed step (bounded_step.c). */
 uint64_t kt_step_evaluations_least(const kt_method *method);
+/* Lets a time step follow, because a step or the contacts at an instant have failed. Returns false if evaluations of
+ * steps have no bound, or if no time step helps: a callback has failed. */
+bool kt_bounded_step_replaces(kt_simulation *simulation, kt_status failed);
 
 extern const kt_part kt_slip_part, kt_contact_part, kt_moreau_part, kt_retry_part, kt_bounded_step_part;
 

@@ -100,7 +100,7 @@ static int act_on_contacts(kt_simulation *simulation, const kt_occurrence *what,
     clear_due_contacts(c);
     c->rests = c->stops = false;
     c->window = 0.0;
-    return status == KT_OK ? 0 : -1;
+    return status == KT_OK || kt_bounded_step_replaces(simulation, status) ? 0 : -1;
 }
 
 kt_status kt_contacts_follow_time_step(kt_simulation *simulation, kt_error *error) {
