@@ -99,6 +99,7 @@ typedef struct fixture {
     kt_rollout_task task, bad_task;
     kt_step_task step_task, bad_step_task;
     kt_batch_job job, bad_job;
+    kt_batch_inputs bad_inputs; /* no samples */
     kt_function of_time, bad_of_time;
     kt_symbols symbols, bad_symbols;
     kt_loop_motion loop_motion;

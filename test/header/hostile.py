@@ -88,7 +88,7 @@ OBJECTS = ["kt_model", "kt_data", "kt_mass_factor", "kt_mass_inverse", "kt_simul
 SPOILT = {
     "kt_step_task *": ("step_task", ("q = NULL", "v = NULL", "q = f->no_numbers", "v = f->no_numbers", "step.tau = f->no_numbers", "step.method = NULL", "step.h = (double)NAN")),
     "kt_rollout_task *": ("task", ("q = NULL", "v = NULL", "q = f->no_numbers", "v = f->no_numbers", "rollout.inputs = f->no_numbers", "rollout.method = NULL", "rollout.steps = -1", "rollout.h = (double)NAN")),
-    "const kt_batch_job *": ("job", ("task = (kt_batch_task)1000", "task = (kt_batch_task)-1", "task = KT_BATCH_SENSE", "h = (double)NAN", "steps = -1")),
+    "const kt_batch_job *": ("job", ("task = (kt_batch_task)1000", "task = (kt_batch_task)-1", "task = KT_BATCH_SENSE", "h = (double)NAN", "steps = -1", "inputs = &f->bad_inputs")),
     "const kt_function *": ("of_time", ("type = (kt_function_type)1000", "value = (double)NAN", "type = KT_FUNCTION_SUM", "type = KT_FUNCTION_TABLE", "type = KT_FUNCTION_EXPRESSION", "part_count = -1", "number_count = -1")),
     "const kt_symbols *": ("symbols", ("find = NULL", "list = NULL")),
     "const kt_scene_options *": ("scene_options", ("setting_count = 1", "setting_count = -1", "variable_count = 1", "variable_count = -1")),

@@ -166,6 +166,15 @@ static kt_status try_kt_batch_sensors(const kt_batch_sensors *sensors, kt_error 
     return kt_batch_sense(f.batch, sensors, error);
 }
 
+static kt_batch_inputs right_kt_batch_inputs(void) {
+    return (kt_batch_inputs){.samples = 1, .hold = 1, .torque = f.inputs};
+}
+
+static kt_status try_kt_batch_inputs(const kt_batch_inputs *inputs, kt_error *error) {
+    const kt_batch_job job = {.task = KT_BATCH_STEP, .h = 0.01, .steps = 1, .inputs = inputs};
+    return kt_batch_compute(f.batch, &job, error);
+}
+
 static kt_batch_job right_kt_batch_job(void) { return (kt_batch_job){.task = KT_BATCH_STEP, .h = 0.01, .steps = 1}; }
 
 static kt_status try_kt_batch_job(const kt_batch_job *job, kt_error *error) {

@@ -10,7 +10,7 @@ import re
 import sys
 
 STRUCTS = ["kt_run", "kt_simulation_options", "kt_model_options", "kt_linearization_options", "kt_equilibrium_options",
-           "kt_floquet_options", "kt_integrator_options", "kt_batch_options", "kt_batch_frame", "kt_batch_sensors", "kt_batch_job",
+           "kt_floquet_options", "kt_integrator_options", "kt_batch_options", "kt_batch_frame", "kt_batch_sensors", "kt_batch_inputs", "kt_batch_job",
            "kt_step", "kt_rollout", "kt_event", "kt_robot_options", "kt_scene_options", "kt_constraint_formulation_options",
            "kt_dae_options", "kt_variant", "kt_accuracy_options"]
 

@@ -18,6 +18,7 @@
     X(kt_activation)                                                                                                   \
     X(kt_actuator)                                                                                                     \
     X(kt_batch_frame)                                                                                                  \
+    X(kt_batch_inputs)                                                                                                 \
     X(kt_batch_job)                                                                                                    \
     X(kt_batch_lanes)                                                                                                  \
     X(kt_batch_options)                                                                                                \

@@ -189,6 +189,17 @@ static kt_status reject_contacts(const kt_model *model, kt_error *error) {
     return KT_OK;
 }
 
+static kt_status check_inputs(const kt_batch *batch, const kt_batch_inputs *inputs, kt_error *error) {
+    const struct {
+        const char *where;
+        int value;
+    } counts[] = {{"inputs.samples", inputs->samples}, {"inputs.hold", inputs->hold}};
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++)
+        if (counts[i].value < 1)
+            return kt_error_set(error, KT_ERROR_ARGUMENT, counts[i].where, "%d; give 1 or more", counts[i].value);
+    return KT_IS_MISSING(error, inputs->torque || batch->n.nv == 0) ? KT_ERROR_ARGUMENT : KT_OK;
+}
+
 kt_status kt_batch_check_step(const kt_batch *batch, const kt_batch_job *job, kt_error *error) {
     if (!batch->method && job->task == KT_BATCH_STEP)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "batch",
@@ -196,10 +207,6 @@ kt_status kt_batch_check_step(const kt_batch *batch, const kt_batch_job *job, kt
     if (!isfinite(job->h) || job->steps < 0)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step", "%d steps of h = %g s cannot be taken", job->steps,
                             job->h);
-    const kt_batch_inputs *inputs = job->inputs;
-    if (inputs && (inputs->samples < 1 || inputs->hold < 1 || (!inputs->torque && batch->n.nv > 0)))
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "job.inputs",
-                            "%d samples of %d steps each, at %s: all must be given, and be 1 or more", inputs->samples,
-                            inputs->hold, inputs->torque ? "their address" : "NULL");
-    return reject_contacts(batch->model, error);
+    const kt_status status = job->inputs ? check_inputs(batch, job->inputs, error) : KT_OK;
+    return status == KT_OK ? reject_contacts(batch->model, error) : status;
 }
