@@ -244,8 +244,8 @@ typedef enum kt_batch_task {
     KT_BATCH_SENSE               /* kt_batch_sense */
 } kt_batch_task;
 
-/* Joint forces that change between the steps of a job, as a controller sets them: sample k acts in the steps k * hold to
- * (k + 1) * hold - 1, and the last sample in all later steps. */
+/* Joint forces that change between the steps of a job, as a controller sets them. Sample k acts in the steps k * hold
+ * to (k + 1) * hold - 1, and the last sample in all later steps. */
 typedef struct kt_batch_inputs {
     int samples;          /* number of samples of each state, > 0 */
     int hold;             /* number of steps that a sample acts, > 0 */

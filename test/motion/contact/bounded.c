@@ -108,7 +108,7 @@ KT_TEST(no_tick_exceeds_its_evaluations) {
     kt_check_above("evaluations of a tick without a bound", unbounded, 60.0);
 }
 
-/* Implicit methods iterate, and dop853 evaluates more often where a step ends at an event. Both stay within the bound. */
+/* Implicit methods iterate, and dop853 evaluates more often where a step ends at an event. Both keep the bound. */
 KT_TEST(no_tick_of_costlier_methods_exceeds_its_evaluations) {
     static const struct {
         const char *name;
