@@ -100,15 +100,15 @@ static bool same_pointed(const kt_member *m) { return pointer_of(m) == NULL; }
 
 #define POINTED(detail_of)                                                                                             \
     { .read = read_pointed, .write = write_pointed, .same = same_pointed, .detail = &(detail_of) }
-#define DEFAULT_OF(type)                                                                                               \
-    static void set_##type(void *object) {                                                                             \
-        const kt_##type standard = kt_##type##_default();                                                              \
+#define SET_DEFAULT(name, type)                                                                                        \
+    static void name(void *object) {                                                                                   \
+        const type standard = type##_default();                                                                        \
         _Static_assert(sizeof standard <= LARGEST, "room for the default");                                            \
         memcpy(object, &standard, sizeof standard);                                                                    \
     }
-DEFAULT_OF(muscle)
-DEFAULT_OF(activation)
-DEFAULT_OF(polynomial_spring)
+SET_DEFAULT(set_muscle, kt_muscle)
+SET_DEFAULT(set_activation, kt_activation)
+SET_DEFAULT(set_polynomial_spring, kt_polynomial_spring)
 
 /* ---- actuators --------------------------------------------------------------------------------------------------- */
 
@@ -124,8 +124,8 @@ static const kt_field muscle_fields[] = {
     {.key = "stretched", .kind = &number, MUSCLE(stretched)},
 };
 static const kt_table muscle_table = {.fields = muscle_fields, .count = KT_COUNT_OF(muscle_fields), .flow = true};
-static const pointed muscle = {&muscle_table, sizeof(kt_muscle), set_muscle};
-static const kt_kind kind_muscle = POINTED(muscle);
+static const pointed pointed_muscle = {&muscle_table, sizeof(kt_muscle), set_muscle};
+static const kt_kind kind_muscle = POINTED(pointed_muscle);
 
 static bool read_actuator_terms(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field,
                                 void *object) {
@@ -186,16 +186,16 @@ static void write_actuator(kt_emitter *e, const void *item, int index) {
     kt_table_write(e, &actuator_table, item, &standard);
 }
 
-static const kt_items actuators = {.expected = "a list of actuators",
-                                   .least = 1,
-                                   .size = sizeof(kt_actuator),
-                                   .array = offsetof(kt_effect, actuators),
-                                   .count = offsetof(kt_effect, actuator_count),
-                                   .flow = true,
-                                   .read = read_actuator,
-                                   .write = write_actuator};
+static const kt_items actuator_list = {.expected = "a list of actuators",
+                                       .least = 1,
+                                       .size = sizeof(kt_actuator),
+                                       .array = offsetof(kt_effect, actuators),
+                                       .count = offsetof(kt_effect, actuator_count),
+                                       .flow = true,
+                                       .read = read_actuator,
+                                       .write = write_actuator};
 const kt_kind kt_kind_actuators = {
-    .read = kt_items_read, .write = kt_items_write, .same = kt_items_same, .detail = &actuators};
+    .read = kt_items_read, .write = kt_items_write, .same = kt_items_same, .detail = &actuator_list};
 
 /* ---- polynomial springs ------------------------------------------------------------------------------------------ */
 
@@ -229,5 +229,5 @@ static const kt_field activation_fields[] = {
 };
 static const kt_table activation_table = {
     .fields = activation_fields, .count = KT_COUNT_OF(activation_fields), .flow = true};
-static const pointed activation = {&activation_table, sizeof(kt_activation), set_activation};
-const kt_kind kt_kind_activation = POINTED(activation);
+static const pointed pointed_activation = {&activation_table, sizeof(kt_activation), set_activation};
+const kt_kind kt_kind_activation = POINTED(pointed_activation);
