@@ -239,17 +239,19 @@ void kt_export_listed_actuators(kt_export *x);
 /* The control of an actuator, or of its activation. */
 double kt_export_control(const kt_export *x, const kt_export_actuator *d);
 
+/* Adds a polynomial spring; false if MJCF has no such one. Then the attributes of polynomials, as far as there are any:
+ * ` name="1"`, or ` name="1 2 3"`. */
+bool kt_export_take_spring(kt_export *x, const kt_effect *e);
+void kt_export_write_polynomial(kt_export *x, const char *name, const double k[3]);
+
+/* ---- write_line.c ------------------------------------------------------------------------------------------------ */
+
 /* Adds a tendon that is fixed to joints, unless one without a spring has the name; returns its index. */
 int kt_export_add_line(kt_export *x, const char *name, const kt_term *terms, int count);
 
 /* Write ` attribute="NAME"` of such a tendon, and the bounds of the sum of an actuator's tendon (NULL: none). */
 void kt_export_line_name(kt_export *x, const char *attribute, int line);
 void kt_export_sum_range(kt_export *x, const kt_actuator *actuator);
-
-/* Adds a polynomial spring; false if MJCF has no such one. Then the attributes of polynomials, as far as there are any:
- * ` name="1"`, or ` name="1 2 3"`. */
-bool kt_export_take_spring(kt_export *x, const kt_effect *e);
-void kt_export_write_polynomial(kt_export *x, const char *name, const double k[3]);
 
 /* ---- the formats ------------------------------------------------------------------------------------------------- */
 

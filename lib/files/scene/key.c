@@ -72,30 +72,6 @@ static bool read_joint_name(kt_reader *r, const kt_scope *scope, kt_node *node, 
     return true;
 }
 
-/* Joints named twice are left to kt_description_check. The sum of the terms is an angle if one of their joints
- * rotates. */
-bool kt_terms_read(kt_reader *r, const kt_scope *scope, kt_node *node, kt_number_reader *read, const kt_term **out,
-                   int *count) {
-    if (node->kind != KT_NODE_MAP || node->count == 0)
-        return kt_fault_expected(r, scope, node, "a mapping of joints to numbers (crank: 1)");
-    kt_term *terms = kt_pool_take(&r->keep, node->count, sizeof *terms);
-    if (terms == NULL)
-        return kt_reader_out_of_memory(r);
-    bool good = true;
-    int i = 0;
-    r->scene->joint_quantity = KT_QUANTITY_NUMBER;
-    for (kt_node *key = node->of.first; key != NULL; key = key->next->next, i++) {
-        const kt_scope here = {.outer = scope, .key = key->kind == KT_NODE_TEXT ? key->of.text : "?"};
-        good = kt_read_name(r, scope, key, "the name of a joint", &terms[i].joint) && good;
-        good = read(r, &here, key->next, KT_QUANTITY_NUMBER, &terms[i].coefficient) && good;
-        if (kt_joint_quantity(r, terms[i].joint) == KT_QUANTITY_ANGLE)
-            r->scene->joint_quantity = KT_QUANTITY_ANGLE;
-    }
-    *out = terms;
-    *count = i;
-    return good;
-}
-
 static bool read_terms(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     kt_loop *loop = object;
     (void)field;

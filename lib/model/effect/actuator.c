@@ -362,19 +362,30 @@ static void put_path_spring(const kt_polynomial_spring *s, kt_formula_text *to) 
 
 /* ---- names ------------------------------------------------------------------------------------------------------- */
 
+/* The index below `count` that stands at *text, which then is behind its digits; -1 if there is none. */
+static int read_index(const char **text, int count) {
+    int index = -1;
+    for (; **text >= '0' && **text <= '9'; (*text)++) {
+        index = 10 * (index < 0 ? 0 : index) + (**text - '0');
+        if (index >= count)
+            return -1;
+    }
+    return index;
+}
+
 /* The name of the joint of "p", "p2_1" and so on, or of the activation of "w2"; NULL if there is none. */
 static const char *find_by_number(const kt_effect *effect, const char *name) {
-    char *end = NULL;
-    if (name[1] == '\0')
+    const char *at = name + 1;
+    if (*at == '\0')
         return effect->joint;
-    const long i = strtol(name + 1, &end, 10);
-    if (i < 0 || i >= effect->actuator_count)
+    const int i = read_index(&at, effect->actuator_count);
+    if (i < 0)
         return NULL;
     const kt_actuator *actuator = &effect->actuators[i];
     if (*name == 'w')
         return actuator->activation;
-    const long k = *end == '_' ? strtol(end + 1, NULL, 10) : -1;
-    return k >= 0 && k < actuator->term_count ? actuator->terms[k].joint : NULL;
+    const int k = *at++ == '_' ? read_index(&at, actuator->term_count) : -1;
+    return k >= 0 ? actuator->terms[k].joint : NULL;
 }
 
 /* Replaces the short name of a variable by the full name, in `full`. Other names remain. */

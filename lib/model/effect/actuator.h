@@ -17,24 +17,24 @@ static inline bool kt_effect_has_numbers(const kt_effect *effect) {
 }
 
 /* Returns the names for the formulas of an effect, which may be those of its numbers. */
-KT_INNER kt_formula_names kt_effect_names_of(const kt_description *description, const kt_effect *effect);
+kt_formula_names kt_effect_names_of(const kt_description *description, const kt_effect *effect);
 
 /* Returns formula k of an expression: its text, or that of its numbers, written to `to`. NULL: that component is
  * zero. */
-KT_INNER const char *kt_effect_formula(const kt_effect *effect, int k, kt_formula_text *to);
+const char *kt_effect_formula(const kt_effect *effect, int k, kt_formula_text *to);
 
 /* Writes the rate of an activation, the state of name w. */
-KT_INNER void kt_activation_rate(const kt_activation *activation, const char *w, kt_formula_text *to);
+void kt_activation_rate(const kt_activation *activation, const char *w, kt_formula_text *to);
 
 /* Whether the formulas of the numbers of an effect have room. */
-KT_INNER bool kt_effect_numbers_fit(const kt_effect *effect);
+bool kt_effect_numbers_fit(const kt_effect *effect);
 
 /* Whether the bounds of the sum of the tendon or path of an actuator, if there are any, can act. */
 bool kt_actuator_sum_is_possible(const kt_effect *effect, int index);
 
 /* Checks the numbers of an effect that has any, and those of an activation. */
 void kt_checker_numbers(kt_checker *checker, const kt_effect *effect);
-KT_INNER void kt_checker_activation(kt_checker *checker, const kt_auxiliary_state *state);
+void kt_checker_activation(kt_checker *checker, const kt_auxiliary_state *state);
 
 /* A number between bounds. */
 static inline double kt_clamp(double x, double lower, double upper) { return fmin(fmax(x, lower), upper); }

@@ -559,8 +559,11 @@ uint64_t kt_contacts_find_held(const kt_simulation *simulation);
 /* No gap may be deeper than this part of the mechanism's length, or of 1 rad. */
 static const double kt_contact_deep = 1e-6;
 
-/* Resolves contacts behind a time step. Contacts that were closed in it touch, and do not bounce. */
-KT_CHECKED kt_status kt_contacts_follow_time_step(kt_simulation *simulation, kt_error *error);
+/* No contact closes or ends at this instant. */
+static inline void kt_contacts_clear_due(struct kt_contacts *c) {
+    for (int k = 0; k < c->n; k++)
+        c->item[k].meets = c->item[k].leaves = false;
+}
 
 /* The least bound of the evaluations of a fixed step (bounded_step.c). */
 uint64_t kt_step_evaluations_least(const kt_method *method);

@@ -73,12 +73,6 @@ static int watch_contact(const kt_instant *at, double *value, kt_error *error, v
     return 0;
 }
 
-/* No contact closes or ends at this instant. */
-static void clear_due_contacts(struct kt_contacts *c) {
-    for (int k = 0; k < c->n; k++)
-        c->item[k].meets = c->item[k].leaves = false;
-}
-
 /* Resolves all contacts that are due at this instant, also those whose reactions end. An earlier event at this instant
  * may have resolved a contact already, which then has the other side again. */
 static int act_on_contacts(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
@@ -97,27 +91,10 @@ static int act_on_contacts(kt_simulation *simulation, const kt_occurrence *what,
     }
     kt_contacts_slip_together(simulation);
     const kt_status status = any ? kt_phase_settle(simulation, error) : KT_OK;
-    clear_due_contacts(c);
+    kt_contacts_clear_due(c);
     c->rests = c->stops = false;
     c->window = 0.0;
     return status == KT_OK || kt_bounded_step_replaces(simulation, status) ? 0 : -1;
-}
-
-kt_status kt_contacts_follow_time_step(kt_simulation *simulation, kt_error *error) {
-    struct kt_contacts *c = simulation->contacts;
-    const double t = kt_integrator_time(simulation->integrator), *y = kt_integrator_state(simulation->integrator);
-    kt_status status = kt_contacts_find_equations(c, simulation->model, t, y, y + simulation->size.nq, false, error);
-    for (int k = 0; status == KT_OK && k < c->sides; k++) {
-        c->item[k].meets = simulation->contact_state[k].closed != 0;
-        if (c->item[k].meets && !(c->gap[k] <= kt_contact_deep * fmax(1.0, c->all->length)))
-            status = kt_error_set(error, KT_ERROR_CONSTRAINT, "contact", "a time step has not closed it yet");
-    }
-    c->rests = c->stops = true;
-    if (status == KT_OK)
-        status = kt_phase_settle(simulation, error);
-    clear_due_contacts(c);
-    c->rests = c->stops = false;
-    return status;
 }
 
 /* Takes the model in which no contact is closed and no friction sticks, except friction that is released. */
@@ -356,7 +333,7 @@ static bool stop_slow_slip(kt_simulation *simulation) {
     kt_error made = {0};
     if (kt_contacts_find_slow(simulation) < 0)
         return false;
-    clear_due_contacts(c);
+    kt_contacts_clear_due(c);
     c->stops = true;
     const kt_status status = resolve_once(simulation, &made);
     c->stops = false;
@@ -392,7 +369,7 @@ bool kt_contacts_free_wedged(kt_simulation *simulation, int *attempt) {
     while (c->wedged >= 0 && status != KT_OK && *attempt < HOLD + c->sides) {
         const int now = (*attempt)++;
         kt_error made = {0};
-        clear_due_contacts(c);
+        kt_contacts_clear_due(c);
         c->releases = now == RELEASE;
         c->jams = now > RELEASE && now < HOLD;
         c->holds = now >= HOLD;
