@@ -180,11 +180,11 @@ typedef struct kt_actuator {
     double gain[3];       /* default 1, 0, 0 */
     double bias[3];       /* default 0 */
     double control;       /* between control_lower and control_upper; default 0 */
-    double control_lower, control_upper; /* default: infinite, which means none; likewise below */
-    double delay;                        /* s; default 0 */
-    const char *activation;              /* name of an auxiliary state; NULL: none */
-    double activation_lower, activation_upper;
-    double lower, upper;               /* of f */
+    double control_lower, control_upper;       /* default: infinite, which means none; likewise below */
+    double delay;                              /* s; default 0 */
+    const char *activation;                    /* name of an auxiliary state; NULL: none */
+    double activation_lower, activation_upper; /* of the activation */
+    double lower, upper;                       /* of f */
     double sum_lower, sum_upper;       /* of the sum of f of all actuators of the tendon or path, none of which has an
                                           activation or a muscle. With zero between the bounds, a factor scales each f.
                                           Otherwise all have one gear, and no bounds of their own */
@@ -200,8 +200,7 @@ KT_API kt_muscle kt_muscle_default(void);
 #define KT_ACTIVATION_LIST(X)                                                                                          \
     X(KT_ACTIVATION_FILTER, filter)         /* w' = (u - w) / times[0] */                                              \
     X(KT_ACTIVATION_INTEGRATOR, integrator) /* w' = u */                                                               \
-    X(KT_ACTIVATION_MUSCLE, muscle)         /* w' = (u - w) / T, with times for rising and falling, and for the        \
-                                               smooth transition between both */
+    X(KT_ACTIVATION_MUSCLE, muscle)         /* w' = (u - w) / T; times[3]: rise, fall, and a smooth change of T */
 
 /* Types of activations. */
 typedef enum kt_activation_type {
@@ -213,7 +212,7 @@ typedef enum kt_activation_type {
 
 /* The numbers of an activation (kt_auxiliary_state.activation). */
 typedef struct kt_activation {
-    kt_activation_type type;
+    kt_activation_type type;             /* its law */
     double control;                      /* as of an actuator */
     double control_lower, control_upper; /* likewise */
     double delay;                        /* s; likewise */
