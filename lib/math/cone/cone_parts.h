@@ -39,7 +39,7 @@
     X(double, frame, 3 * m, "Nesterov and Todd's scaling, 3 x 3 each")                                                 \
     X(int, index, m, "unknowns")                                                                                       \
     X(int, slot, m, "of each row: its place among the unknowns, or -1")                                                \
-    X(int, first, m, "of n + 1: the first of an item's blocks in `block`")                                             \
+    X(int, first, m + 1, "of n + 1: the first of an item's blocks in `block`")                                         \
     X(int, order, m, "of columns")                                                                                     \
     X(int, mode, m, "of n")
 

@@ -64,7 +64,7 @@ static void compare_machines(const machine *a, const machine *b, kt_random *rand
         const double t = n % 3 == 0 ? 0.0 : kt_random_uniform(random, 0.0, 1.0);
         kt_need(kt_check_true("forces", evaluate(a, t, q, v, x[0], force[0], rate[0]) &&
                                             evaluate(b, t, q, v, x[1], force[1], rate[1])));
-        compare_numbers(&forces, nq, force[0], force[1]);
+        compare_numbers(&forces, kt_model_nv(a->model), force[0], force[1]);
         for (int i = 0; i < count; i++)
             x[0][i] = rate[0][find_state(a, b, i)];
         compare_numbers(&rates, count, x[0], rate[1]);
