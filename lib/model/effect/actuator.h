@@ -27,7 +27,7 @@ const char *kt_effect_formula(const kt_effect *effect, int k, kt_formula_text *t
 void kt_activation_rate(const kt_activation *activation, const char *w, kt_formula_text *to);
 
 /* Whether the formulas of the numbers of an effect have room. */
-bool kt_effect_numbers_fit(const kt_effect *effect);
+KT_INNER bool kt_effect_numbers_fit(const kt_effect *effect);
 
 /* Whether the bounds of the sum of the tendon or path of an actuator, if there are any, can act. */
 bool kt_actuator_sum_is_possible(const kt_effect *effect, int index);
