@@ -136,7 +136,7 @@ static kt_status follow_time_step(kt_simulation *simulation, kt_error *error) {
     kt_status status = kt_contacts_find_equations(c, simulation->model, t, y, y + simulation->size.nq, false, error);
     for (int k = 0; status == KT_OK && k < c->sides; k++) {
         c->item[k].meets = simulation->contact_state[k].closed != 0;
-        if (c->item[k].meets && !(c->gap[k] <= kt_contact_deep * fmax(1.0, c->all->length)))
+        if (c->item[k].meets && !(c->gap[k] <= kt_contact_deep * c->item[k].unit))
             status = kt_error_set(error, KT_ERROR_CONSTRAINT, "contact", "a time step has not closed it yet");
     }
     c->rests = c->stops = true;

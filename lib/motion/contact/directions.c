@@ -156,13 +156,21 @@ static bool take_loads(kt_simulation *simulation) {
     return changes;
 }
 
-/* The speed below which adaptive steps do not resolve slip, m/s: ten times the largest tolerance of a velocity. */
+/* The speed below which adaptive steps do not resolve slip, m/s: ten times the largest tolerance of a velocity. An
+ * angular velocity moves a point at the mechanism's length from the axis. */
 static double unresolved_speed(const kt_simulation *simulation) {
     const kt_integrator *integrator = simulation->integrator;
+    const kt_model *all = simulation->contacts->all;
     const double *y = kt_integrator_state(integrator);
     double most = 0.0;
-    for (size_t i = simulation->size.nq; simulation->step == 0.0 && i < simulation->size.nq + simulation->size.nv; i++)
-        most = fmax(most, kt_error_scale(integrator, i, y[i], y[i]));
+    for (size_t l = 0; simulation->step == 0.0 && l < all->n.link; l++) {
+        const kt_link *link = &all->link[l];
+        for (int j = 0; j < kt_link_dofs(link); j++) {
+            const size_t i = simulation->size.nq + (size_t)(link->v + j);
+            most =
+                fmax(most, kt_error_scale(integrator, i, y[i], y[i]) * (j < kt_link_lengths(link) ? 1.0 : all->length));
+        }
+    }
     return 10.0 * most;
 }
 

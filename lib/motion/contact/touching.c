@@ -36,13 +36,12 @@ void kt_contacts_list_rows(kt_simulation *simulation) {
 /* Lists the contacts that touch, and all friction. Errors: a contact penetrates deeply. */
 kt_status kt_contacts_find_touching(kt_simulation *simulation, double t, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
-    const double scale = fmax(1.0, c->all->length);
     for (int k = 0; k < c->n; k++)
         c->item[k].spared = false;
     for (int k = 0; k < c->sides; k++) {
         if (kt_contact_is_released(&c->item[k]))
             continue;
-        simulation->memory.beyond = c->gap[k] < -kt_contact_deep * scale;
+        simulation->memory.beyond = c->gap[k] < -kt_contact_deep * c->item[k].unit;
         if (simulation->memory.beyond) {
             return kt_error_set(error, KT_ERROR_CONSTRAINT,
                                 kt_where_at("contact", kt_loop_name(c->all, c->item[k].loop), t).text,

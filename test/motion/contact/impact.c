@@ -182,6 +182,28 @@ KT_TEST(ball_at_rest_on_a_drive_does_not_change_the_impact_of_a_box) {
     kt_check_above("spin that friction takes, rad/s", 3.0 + v[0][5], 0.1);
 }
 
+/* Runs a ball of radius 0.1 `size` that begins a part of its radius deep in the floor. */
+static kt_status status_at_depth(double size, double part) {
+    kt_error error;
+    touch_scene s;
+    touch_scene_ball(&s, 0.5, 0.0);
+    s.effect[0].radius *= size;
+    s.body[0].joint.position[2] *= size * (1.0 - part);
+    s.body[0].inertia.xx *= size * size;
+    s.body[0].inertia.yy *= size * size;
+    s.body[0].inertia.zz *= size * size;
+    s.description.gravity.z *= size;
+    return kt_simulation_advance(touch_start(kt_scene_compile(&s.description), "rk4", 1e-3), 1e-3, &error);
+}
+
+/* Twins in units of length: a depth is small or large beside the mechanism, not beside 1 m. */
+KT_TEST(depth_at_the_start_is_relative_to_the_mechanism) {
+    for (int k = -10; k <= 10; k += 10) {
+        kt_check_equal_int("rounding", status_at_depth(ldexp(1.0, k), 1e-9), KT_OK);
+        kt_check_equal_int("deep", status_at_depth(ldexp(1.0, k), 1e-3), KT_ERROR_CONSTRAINT);
+    }
+}
+
 /* Housner (1963): a block of half-diagonal R at the angle alpha rocks from one corner to the other. If friction holds,
  * the block keeps 1 - 3/2 sin^2(alpha) of its rate. It keeps its energy between impacts. */
 KT_TEST(rocking_block_loses_what_housner_says) {

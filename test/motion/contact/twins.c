@@ -9,12 +9,14 @@
  * roundings, of velocities or of the late time. A twin may differ by LIKELY times as much. If such starts move apart by
  * more than `decided`, rounding decides the motion, and the scene proves nothing.
  *
- * An adaptive method compares errors of lengths and of angles with one tolerance, which therefore has no unit. Twins in
- * other units have other steps. Each motion is then as far from the exact one as its own error, which a repetition with
- * a smaller tolerance measures. Projections use the metric of the masses: the identity would add metres to radians. */
+ * One tolerance for lengths and angles has no unit, so that twins in other units would have other steps. Here each
+ * coordinate has its own tolerance, in the units of the twin. Projections use the metric of the masses, because the
+ * identity would add metres to radians. */
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "integrator/integrator.h"
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
+#include "simulation/simulation.h"
 
 #include <float.h>
 #include <math.h>
@@ -30,7 +32,7 @@ enum { BODIES = 5, EFFECTS = 24, NAMES = BODIES + EFFECTS, SAMPLES = 4, NQ = 7 *
 static const double g = 9.81, step = 1e-3, length_of_run = 0.2;
 
 /* The factor by which a twin may exceed the effect of some roundings, and the largest effect that is compared. */
-enum { LIKELY = 100, FINER = 16 };
+enum { LIKELY = 100 };
 static const double decided = 1e-4, tolerance = 1e-10;
 
 typedef struct scene {
@@ -48,10 +50,9 @@ typedef struct twin {
     double start;              /* s, of the original */
     bool turned, reordered;
     double shift; /* of the velocities, as a part of these */
-    double finer; /* by which the tolerance is divided */
 } twin;
 
-static const twin original = {"original", 1.0, 1.0, 1.0, 0.0, false, false, 0.0, 1.0};
+static const twin original = {"original", 1.0, 1.0, 1.0, 0.0, false, false, 0.0};
 
 /* ---- scenes ------------------------------------------------------------------------------------------------------ */
 
@@ -281,6 +282,20 @@ typedef struct motion {
     kt_contact_counts counts;
 } motion;
 
+/* Gives each coordinate the tolerance of the original, in the units of the twin. */
+static void set_tolerances(const scene *s, const twin *t, const kt_model *model, kt_simulation *simulation) {
+    static double each[NQ + NV];
+    const int nq = kt_model_nq(model);
+    for (int i = 0; i < s->bodies; i++) {
+        const kt_coordinates at = kt_body_coordinates(model, kt_body_find(model, s->body[i].name));
+        for (int k = 0; k < at.nq; k++)
+            each[at.q + k] = tolerance * (at.nq == 7 && k < 3 ? t->length : 1.0);
+        for (int k = 0; k < at.nv; k++)
+            each[nq + at.v + k] = tolerance * (at.nq == 7 && k < 3 ? t->length : 1.0) / t->time;
+    }
+    simulation->integrator->options.absolute_tolerances = each;
+}
+
 static kt_simulation *start(const scene *s, const twin *t, const char *method, bool fixed, kt_model **model) {
     kt_description d = kt_description_of(s->body, s->bodies, NULL, 0, s->effect, s->effects);
     kt_model_options metric = kt_model_options_default();
@@ -291,11 +306,14 @@ static kt_simulation *start(const scene *s, const twin *t, const char *method, b
     run.integrator = method;
     run.duration = 10.0 * t->time + t->start * t->time;
     run.step = fixed ? step * t->time : 0.0;
-    run.relative = tolerance / t->finer;
-    run.absolute = run.relative * fmin(fmin(1.0, t->length), fmin(t->length, 1.0) / t->time);
+    run.relative = tolerance;
+    run.absolute = tolerance; /* set_tolerances */
     kt_simulation_options options = kt_simulation_options_default();
     options.max_steps = 5000;
-    return kt_test_simulation(*model, &run, &options);
+    kt_simulation *simulation = kt_test_simulation(*model, &run, &options);
+    if (!fixed)
+        set_tolerances(s, t, *model, simulation);
+    return simulation;
 }
 
 static void sample_motion(const kt_model *model, const kt_simulation *simulation, const scene *s, const twin *t,
@@ -374,20 +392,9 @@ static double rounding_of(const scene *s, double start, const char *method, bool
     return most;
 }
 
-/* The error of an adaptive method along the motion. A twin in other units has an error of the same size. */
-static double error_of(const scene *s, const char *method, const motion *a) {
-    static motion b;
-    twin t = original;
-    t.finer = FINER;
-    move(s, &t, method, false, &b);
-    return a->status == b.status ? distance(a, &b) : HUGE_VAL;
-}
-
 typedef struct tally {
     int compared, undecided, failed, wrong, several;
 } tally;
-
-static bool is_in_other_units(const twin *t) { return t->length != 1.0 || t->time != 1.0; }
 
 static void compare_scene(const scene *s, int n, const char *method, bool fixed, bool bits, const twin *twins,
                           int count, tally *to) {
@@ -397,10 +404,9 @@ static void compare_scene(const scene *s, int n, const char *method, bool fixed,
     if (a.status != KT_OK)
         kt_note("scene %d: %s: %s", n, a.error.where, a.error.message);
     const double rounding = bits ? 0.0 : rounding_of(s, twins->start, method, fixed, &a);
-    const double error = !fixed && is_in_other_units(twins) ? 2.0 * error_of(s, method, &a) : 0.0;
     to->undecided += !(rounding <= decided);
     for (int k = 0; rounding <= decided && k < count; k++) {
-        const double bound = bits ? DBL_MIN : LIKELY * fmax(rounding, tolerance) + error;
+        const double bound = bits ? DBL_MIN : LIKELY * fmax(rounding, tolerance);
         move(s, &twins[k], method, fixed, &b);
         to->compared++;
         if (a.status == b.status && distance(&a, &b) <= bound)
@@ -431,16 +437,16 @@ static void compare(const char *method, bool fixed, bool bits, const twin *twins
     kt_note("%d twins move otherwise where the law allows several motions", sum.several);
 }
 
-static const twin masses[] = {{"masses times 2^20", 0x1p20, 1.0, 1.0, 0.0, false, false, 0.0, 1.0},
-                              {"masses times 2^-20", 0x1p-20, 1.0, 1.0, 0.0, false, false, 0.0, 1.0}};
-static const twin lengths[] = {{"lengths times 2^10", 1.0, 0x1p10, 1.0, 0.0, false, false, 0.0, 1.0},
-                               {"lengths times 2^-10", 1.0, 0x1p-10, 1.0, 0.0, false, false, 0.0, 1.0}};
-static const twin clocks[] = {{"times times 2^10", 1.0, 1.0, 0x1p10, 0.0, false, false, 0.0, 1.0},
-                              {"times times 2^-10", 1.0, 1.0, 0x1p-10, 0.0, false, false, 0.0, 1.0}};
-static const twin turned[] = {{"turned", 1.0, 1.0, 1.0, 0.0, true, false, 0.0, 1.0}};
-static const twin reordered[] = {{"in another order", 1.0, 1.0, 1.0, 0.0, false, true, 0.0, 1.0}};
-static const twin late[] = {{"at 1e4 s", 1.0, 1.0, 1.0, 1e4, false, false, 0.0, 1.0}};
-static const twin latest[] = {{"at 1e7 s", 1.0, 1.0, 1.0, 1e7, false, false, 0.0, 1.0}};
+static const twin masses[] = {{"masses times 2^20", 0x1p20, 1.0, 1.0, 0.0, false, false, 0.0},
+                              {"masses times 2^-20", 0x1p-20, 1.0, 1.0, 0.0, false, false, 0.0}};
+static const twin lengths[] = {{"lengths times 2^10", 1.0, 0x1p10, 1.0, 0.0, false, false, 0.0},
+                               {"lengths times 2^-10", 1.0, 0x1p-10, 1.0, 0.0, false, false, 0.0}};
+static const twin clocks[] = {{"times times 2^10", 1.0, 1.0, 0x1p10, 0.0, false, false, 0.0},
+                              {"times times 2^-10", 1.0, 1.0, 0x1p-10, 0.0, false, false, 0.0}};
+static const twin turned[] = {{"turned", 1.0, 1.0, 1.0, 0.0, true, false, 0.0}};
+static const twin reordered[] = {{"in another order", 1.0, 1.0, 1.0, 0.0, false, true, 0.0}};
+static const twin late[] = {{"at 1e4 s", 1.0, 1.0, 1.0, 1e4, false, false, 0.0}};
+static const twin latest[] = {{"at 1e7 s", 1.0, 1.0, 1.0, 1e7, false, false, 0.0}};
 enum { MASSES = sizeof masses / sizeof *masses, LENGTHS = sizeof lengths / sizeof *lengths };
 enum { CLOCKS = sizeof clocks / sizeof *clocks };
 
