@@ -148,9 +148,11 @@ enum { KT_PATH_LINK_MAX = 16 /* bodies */ };
 
 /* ---- forces by numbers ------------------------------------------------------------------------------------------- */
 
-/* The force of a muscle. It pulls with F w A(l) V(v), or with F P(l), where F is `force`, l the scaled length, v the
- * scaled rate, and w the control or activation. l leads from range[0] to range[1] while gear L leads from lengths[0] to
- * lengths[1]. The source of the curves is the documentation of MuJoCo, modeling, section Muscles. */
+/* The force of a muscle: an active part F w A(l) V(v) and a passive part F P(l), which both pull.
+ *     F   `force`                       w   the control, or the activation
+ *     l   the scaled length             v   its rate over `speed`
+ * While gear L grows from lengths[0] to lengths[1], l grows from range[0] to range[1]. The curves A, V and P are those
+ * of MuJoCo (documentation, modeling, section Muscles). */
 typedef struct kt_muscle {
     double range[2];   /* scaled lengths; default 0.75, 1.05 */
     double lengths[2]; /* of gear L, rad or m */
@@ -222,11 +224,11 @@ typedef struct kt_activation {
 /* Returns an activation with its defaults. */
 KT_API kt_activation kt_activation_default(void);
 
-/* A spring and a damper by polynomials (kt_effect.spring), along the length L of the effect's path, of the line between
- * its ends, or L = factor q in a joint of position q. With x the distance of L from the range `rest`, the force along L
- * is
+/* A spring and a damper by polynomials (kt_effect.spring). L is the length of the effect's path, or of the line between
+ * its ends. In a joint of position q, L = factor q. The number x is the distance of L from the range `rest`. The force
+ * along L is
  *     -(k[0] x + k[1] x^2 + k[2] x^3) - (c[0] L' + c[1] |L'| L' + c[2] L'^3) - friction tanh(L' / smoothing).
- * In a joint it acts with `factor`. */
+ * The force in a joint is `factor` times as large. */
 typedef struct kt_polynomial_spring {
     double factor;       /* in a joint; default 1 */
     double stiffness[3]; /* k; default 0 */

@@ -8,10 +8,11 @@
 #include "model/check.h"
 #include "model/formula_names.h"
 
-/* Whether numbers, of actuators or a spring, take the place of the formulas of an effect. The formulas that are made of
- * them (effect/actuator.h) have short names, so that names of any length have room:
- *     p, v: position and velocity of the effect's joint;   w2: the activation of actuator 2, from 0
- *     p2_1, v2_1: position and velocity of the joint of its term 1 */
+/* Whether an effect has the numbers of actuators or of a spring in place of formulas. These numbers are written as
+ * formulas. The variables of these formulas have short names, because a name of the user may be as long as a formula:
+ *     p, v          position and velocity of the effect's joint
+ *     w2            the activation of actuator 2; the first actuator has the number 0
+ *     p2_1, v2_1    position and velocity of the joint of term 1 of actuator 2 */
 static inline bool kt_effect_has_numbers(const kt_effect *effect) {
     return effect->type == KT_EFFECT_EXPRESSION && (effect->actuators != NULL || effect->spring != NULL);
 }

@@ -2,9 +2,9 @@
  *
  * A muscle has the operating range [r0, r1] of its scaled length l, which belongs to the range [a, b] of the length L
  * of its actuator. With L0 = (b - a) / (r1 - r0)
- *     l = r0 + (L - a) / L0,   v = L' / (L0 vmax),
- * and the force along L is -F (w A(l) V(v) + P(l)), with the activation w and the largest force F at rest, the
- * number `force`; lmin, lmax, vmax, fpmax and fvmax are shortest, longest, speed, passive and stretched. With
+ *     l = r0 + (L - a) / L0,   v = L' / (L0 vmax).
+ * The force along L is -F (w A(l) V(v) + P(l)). Here w is the activation, and F (`force`) is the largest force at rest.
+ * The names lmin, lmax, vmax, fpmax and fvmax stand for `shortest`, `longest`, `speed`, `passive` and `stretched`. With
  *     h(s) = s^2 / 2 - max(s - 1, 0)^2,   0 <= s <= 2,   which rises from 0 to 1:
  *     A = h((l - lmin) / ((1 - lmin) / 2)) h((lmax - l) / ((lmax - 1) / 2)), the arguments clamped to [0, 2]
  *     P = fpmax (s^2 - max(s - 1, 0)^2) / 2 with s = max(0, (l - 1) / ((lmax - 1) / 2)), a line beyond s = 1

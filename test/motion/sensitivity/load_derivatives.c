@@ -1,6 +1,6 @@
-/* Derivatives of friction that grows with a reaction (derivative/load_derivatives.c), against differences of
- * accelerations and of steps: a chain in space with all laws of joints, a drum with a rope, a worm, a planetary train
- * with losses in its meshes, and a thread that a state drives. */
+/* Derivatives of friction that grows with a reaction (derivative/load_derivatives.c). The oracles are differences of
+ * accelerations and of steps. The mechanisms are a chain in space with all laws of joints, a drum with a rope, a worm,
+ * a planetary train with losses in its meshes, and a thread that a state drives. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "differences.h"
 
