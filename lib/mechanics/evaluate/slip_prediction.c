@@ -249,13 +249,19 @@ bool kt_slip_predicts_wide(const kt_data *data, const kt_slip_problem *p) {
 }
 
 /* The rows of normal forces have no unit, but those of slip are accelerations. One number bounds the residuals of all
- * rows, so the rows of normal forces are measured in the largest acceleration of slip under a unit of force. A power of
- * two leaves the bits of W. */
+ * rows, so the rows of normal forces are measured in the largest acceleration of slip under a unit of force. If the
+ * unit moves no slip except by rounding, as at an arm that points along its slip, they are measured in the largest
+ * acceleration without friction. A power of two leaves the bits of W. */
 static double scale_of_normals(const kt_slip_problem *p) {
+    static const double rounding = 1e-11;
     const size_t rows = 3 * p->at->n;
-    double most = 0.0;
-    for (size_t i = 0; i < rows; i++)
+    double most = 0.0, steady = 0.0;
+    for (size_t i = 0; i < rows; i++) {
+        const size_t slip = 2 * kt_slip_index(p, i / 3) + i % 3 - 1;
         most = i % 3 == 0 ? most : fmax(most, p->W_at[i * rows + i]);
+        steady = i % 3 == 0 ? steady : fmax(steady, fabs(p->rate0[slip] + p->drift[slip]));
+    }
+    most = most > rounding * steady ? most : steady;
     return most > 0.0 && isfinite(most) ? exp2(floor(log2(most))) : 1.0;
 }
 
