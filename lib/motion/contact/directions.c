@@ -111,12 +111,32 @@ double kt_contacts_prediction_time(const kt_simulation *simulation, int k, doubl
     return kt_slip_fading_time(kt_slip_time_at_speed(speed, h, h * most), speed, slowing, most);
 }
 
+/* Finds the least and the largest tolerance of the velocities in the state y, m/s; NULL: their absolute tolerances. An
+ * angular velocity moves a point at the mechanism's length from the axis. */
+static void find_tolerated_speeds(const kt_simulation *simulation, const double *y, double *least, double *most) {
+    const kt_model *all = simulation->contacts->all;
+    *least = HUGE_VAL;
+    *most = 0.0;
+    for (size_t l = 0; l < all->n.link; l++) {
+        const kt_link *link = &all->link[l];
+        for (int j = 0; j < kt_link_dofs(link); j++) {
+            const size_t i = simulation->size.nq + (size_t)(link->v + j);
+            const double v = y != NULL ? y[i] : 0.0;
+            const double speed =
+                kt_error_scale(simulation->integrator, i, v, v) * (j < kt_link_lengths(link) ? 1.0 : all->length);
+            *least = fmin(*least, speed);
+            *most = fmax(*most, speed);
+        }
+    }
+}
+
 /* r of predictions (evaluate/slip_prediction.c), with the speed `own` at which the mechanism moves by its own size. */
 static double coarseness_of_slip(const kt_simulation *simulation, double own) {
-    double least = HUGE_VAL;
-    for (size_t i = 0; simulation->step == 0.0 && i < simulation->size.nv; i++)
-        least = fmin(least, kt_error_scale(simulation->integrator, simulation->size.nq + i, 0.0, 0.0));
-    return simulation->step > 0.0 || !(own > 0.0) ? 1.0 : fmax(1.0, fmin(300.0, sqrt(least / (kt_slip_rest * own))));
+    double least, most;
+    if (simulation->step > 0.0 || !(own > 0.0))
+        return 1.0;
+    find_tolerated_speeds(simulation, NULL, &least, &most);
+    return fmax(1.0, fmin(300.0, sqrt(least / (kt_slip_rest * own))));
 }
 
 void kt_contacts_put_directions(kt_simulation *simulation) {
@@ -156,21 +176,11 @@ static bool take_loads(kt_simulation *simulation) {
     return changes;
 }
 
-/* The speed below which adaptive steps do not resolve slip, m/s: ten times the largest tolerance of a velocity. An
- * angular velocity moves a point at the mechanism's length from the axis. */
+/* The speed below which adaptive steps do not resolve slip, m/s: ten times the largest tolerance of a velocity. */
 static double unresolved_speed(const kt_simulation *simulation) {
-    const kt_integrator *integrator = simulation->integrator;
-    const kt_model *all = simulation->contacts->all;
-    const double *y = kt_integrator_state(integrator);
-    double most = 0.0;
-    for (size_t l = 0; simulation->step == 0.0 && l < all->n.link; l++) {
-        const kt_link *link = &all->link[l];
-        for (int j = 0; j < kt_link_dofs(link); j++) {
-            const size_t i = simulation->size.nq + (size_t)(link->v + j);
-            most =
-                fmax(most, kt_error_scale(integrator, i, y[i], y[i]) * (j < kt_link_lengths(link) ? 1.0 : all->length));
-        }
-    }
+    double least, most = 0.0;
+    if (simulation->step == 0.0)
+        find_tolerated_speeds(simulation, kt_integrator_state(simulation->integrator), &least, &most);
     return 10.0 * most;
 }
 
