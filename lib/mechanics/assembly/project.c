@@ -166,10 +166,15 @@ static bool is_undecided(const kt_model *model, const kt_data *data, double gap)
 /* The disagreement of loops divided by the size of the smallest direction, down to a size of the root of the
  * disagreement. The bound is larger next to a singular position. */
 static double left_by_disagreement(const kt_model *model, const kt_data *data) {
-    if (model->disagreement == 0.0)
-        return 0.0;
     const double root = sqrt(model->disagreement);
     return kt_is_near_singular(model, data) ? root : fmin(root, model->disagreement / KT_NEAR_SINGULAR);
+}
+
+/* Whether the gap is above the tolerance, above rounding, and above the remainder that no step removes: of loops that
+ * disagree, or in a direction that is too small to determine a closed position. */
+static bool leaves_gap(const kt_model *model, const kt_data *data, const double *q, double gap, double tolerance) {
+    const double bound = fmax(tolerance, left_by_disagreement(model, data));
+    return gap > bound && !kt_loops_are_closed(model, q, gap, bound) && !is_undecided(model, data, gap);
 }
 
 /* Closes the velocities at positions whose equations are filled. */
@@ -180,9 +185,9 @@ KT_INLINE kt_closure close_motion(const kt_model *model, kt_data *data, double t
         return closure;
     if (!isfinite(violation->velocity))
         return KT_CLOSURE_NOT_FINITE;
-    tolerance = fmax(tolerance, left_by_disagreement(model, data));
     if (violation->slip <= tolerance * violation->speed)
         return KT_CLOSURE_DONE;
+    tolerance = fmax(tolerance, left_by_disagreement(model, data));
     /* A contradiction of the drives remains at its own size. A remainder above rounding has passed project_velocities,
      * which determines whether there is such a direction. If two loops fold at the same time, more is left. */
     if (kt_is_near_singular(model, data))
@@ -200,11 +205,9 @@ kt_closure kt_project_in_place(const kt_model *model, kt_data *data, double t, d
     const kt_closure closure = close_positions(model, data, t, q, v, limits, changed, violation);
     if (closure != KT_CLOSURE_DONE)
         return closure;
-    const double tolerance = fmax(limits->tolerance, left_by_disagreement(model, data));
-    if (violation->gap > tolerance && !kt_loops_are_closed(model, q, violation->gap, tolerance) &&
-        !is_undecided(model, data, violation->gap))
+    if (violation->gap > limits->tolerance && leaves_gap(model, data, q, violation->gap, limits->tolerance))
         return KT_CLOSURE_OPEN;
-    return close_motion(model, data, t, q, v, tolerance, changed, violation);
+    return close_motion(model, data, t, q, v, limits->tolerance, changed, violation);
 }
 
 /* Reports the gaps that remain when the loops are closed as far as possible. A search reaches farther than a

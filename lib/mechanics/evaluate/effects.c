@@ -219,12 +219,12 @@ KT_INLINE bool apply_wrenches(sum *s, const kt_effect_batch *batch) {
 }
 
 /* Whether there are effects on joints, or effects with ends. */
-KT_INLINE bool has_joint_force_callback(const kt_model *model) {
+KT_INLINE bool acts_on_joints(const kt_model *model) {
     return model->n.effect > 0 && model->batch[0].ends == 0;
 }
 
 void kt_effects_recall(const kt_model *model, const kt_data *data, kt_dynamic_state *at) {
-    if (has_joint_force_callback(model))
+    if (acts_on_joints(model))
         at->tau = data->tau;
     if (model->n.force_link > 0)
         at->external = data->applied;
@@ -339,7 +339,7 @@ KT_INLINE kt_status sum_all(sum *s, kt_dynamic_state *at, kt_error *error) {
     const kt_model *model = s->model;
     kt_data *data = s->data;
     s->at = at;
-    if (has_joint_force_callback(model))
+    if (acts_on_joints(model))
         memcpy(data->tau, at->tau ? at->tau : model->zero, model->n.v * sizeof(double));
     if (model->n.force_link > 0) {
         kt_copy_or_clear(data->applied, at->external, model->n.body * sizeof *data->applied);

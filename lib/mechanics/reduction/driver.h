@@ -188,16 +188,10 @@ KT_INLINE void fill(const kt_model *model, kt_data *data, double t, const double
         kt_group_fill(model, data, g, true, q, v, t);
 }
 
-/* Fronts of four parameters do not support coordinates that count as constants. */
-KT_INLINE bool has_fixed(const kt_data *data, const kt_group *group) {
-    return group->form == KT_FORM_FRONT4 && memchr(data->front_fixed + group->v, 1, (size_t)group->v_count);
-}
-
 KT_INLINE bool prepare(const kt_model *model, kt_data *data, kt_rows rows, bool regular) {
     bool fine = true;
     for (size_t g = 0; g < model->n.group; g++)
-        fine &= KT_KERNEL(kt_group_prepare)(model, data, g, rows, regular, true,
-                                            KT_PLANAR && !has_fixed(data, &model->group[g]), false);
+        fine &= KT_KERNEL(kt_group_prepare)(model, data, g, rows, regular, true, KT_PLANAR, false);
     return fine;
 }
 

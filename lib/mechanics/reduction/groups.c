@@ -41,7 +41,9 @@ bool KT_KERNEL(kt_group_prepare)(const kt_model *model, kt_data *data, size_t g,
         special = KT_KERNEL(kt_delassus_prepare)(model, data, g, rows);
     } else if (range && group->form == KT_FORM_DENSE && group->ranges) {
         special = KT_KERNEL(kt_half_prepare)(model, data, g);
-    } else if (front4 && group->form == KT_FORM_FRONT4 && group->count[rows] == group->count[KT_ROWS_ALL]) {
+    } else if (front4 && group->form == KT_FORM_FRONT4 && group->count[rows] == group->count[KT_ROWS_ALL] &&
+               !memchr(data->front_fixed + group->v, 1, (size_t)group->v_count)) {
+        /* front4.h supports no coordinates that count as constants */
         special = true;
         data->factored[g] = rows;
         data->near[g] = false;

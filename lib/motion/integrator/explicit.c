@@ -25,7 +25,6 @@
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
-#include "integrator/stage_sums.h"
 
 #include <float.h>
 #include <math.h>
@@ -75,45 +74,17 @@ kt_try_result kt_explicit_step(kt_integrator *it, const kt_interval *in, kt_try 
 
 /* ---- the error --------------------------------------------------------------------------------------------------- */
 
-/* mean over i of (sum_j weight_j k_ji / scale_i)^2, summed in lanes i mod TILE. */
-static double mean_square(const kt_integrator *it, const kt_stage_term *terms, size_t count) {
-    const size_t n = it->counted;
-    const double *y0 = it->y, *y1 = it->trial, *each = it->options.absolute_tolerances;
-    const double relative = it->options.relative_tolerance, absolute = it->options.absolute_tolerance;
-    double lanes[TILE] = {0.0};
-    size_t i = 0;
-    for (; i + TILE <= n; i += TILE) {
-        double sum[TILE], atol[TILE];
-        sum_tile(sum, terms, count, it->k, i);
-        for (int l = 0; l < TILE; l++)
-            atol[l] = each != NULL ? each[i + (size_t)l] : absolute;
-        for (int l = 0; l < TILE; l++) {
-            const double u = sum[l] / kt_scale_of(atol[l], relative, y0[i + (size_t)l], y1[i + (size_t)l]);
-            lanes[l] += u * u;
-        }
-    }
-    for (int l = 0; i < n; i++, l++) {
-        const double u =
-            sum_one(terms, count, it->k, i) / kt_scale_of(each != NULL ? each[i] : absolute, relative, y0[i], y1[i]);
-        lanes[l] += u * u;
-    }
-    double total = 0.0;
-    for (int l = 0; l < TILE; l++)
-        total += lanes[l];
-    return total / (double)n;
-}
-
 static double explicit_error_at(const kt_integrator *it, double h, size_t i) {
     const size_t *row = it->row + it->table->stages;
-    return h * sum_one(it->terms + row[KT_ROW_E], row[KT_ROW_E + 1] - row[KT_ROW_E], it->k, i);
+    return h * kt_slopes_sum(it->terms + row[KT_ROW_E], row[KT_ROW_E + 1] - row[KT_ROW_E], it->k, i);
 }
 
 static double explicit_error_norm(const kt_integrator *it, double h) {
     const size_t *row = it->row + it->table->stages;
     const bool has_low = it->table->e_low != NULL;
-    const double high = mean_square(it, it->terms + row[KT_ROW_E], row[KT_ROW_E + 1] - row[KT_ROW_E]);
+    const double high = kt_slopes_mean_square(it, it->terms + row[KT_ROW_E], row[KT_ROW_E + 1] - row[KT_ROW_E]);
     const double low = has_low && high != 0.0
-                           ? mean_square(it, it->terms + row[KT_ROW_E_LOW], row[KT_ROW_E_LOW + 1] - row[KT_ROW_E_LOW])
+                           ? kt_slopes_mean_square(it, it->terms + row[KT_ROW_E_LOW], row[KT_ROW_E_LOW + 1] - row[KT_ROW_E_LOW])
                            : 0.0;
     return kt_explicit_error(h, high, has_low, low);
 }

@@ -444,6 +444,13 @@ void kt_combine(double *out, const double *y, double h, const kt_stage_term *ter
 /* kt_combine for a row of `count` weights with zeros. k: rows of n numbers. */
 void kt_combine_rows(double *out, const double *y, double h, const double *weights, size_t count, double *k, size_t n);
 
+/* sum_j weight_j k_j for the component `at` (stages.c). */
+double kt_slopes_sum(const kt_stage_term *terms, size_t count, double *const *k, size_t at);
+
+/* The mean of ((sum_j weight_j k_j) / scale)^2 over the components with tolerances, where kt_scale_of gives the scale
+ * of a component from the states at both ends of the try (stages.c). */
+double kt_slopes_mean_square(const kt_integrator *it, const kt_stage_term *terms, size_t count);
+
 /* The error estimate of a step h from mean squares: err with a single estimate. With two estimates, after HNW
  * (II.10.17):
  *

@@ -4,10 +4,61 @@
  * depend on nothing else. Therefore a value has the same bits for every n and for every tile. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
-#include "integrator/stage_sums.h"
 
 #include <assert.h>
 #include <math.h>
+
+/* ---- sums of slopes ---------------------------------------------------------------------------------------------- */
+
+/* Components per tile: a loop that compilers unroll into vector instructions. */
+enum { TILE = 8 };
+
+/* sum_j weight_j k_j for the components at .. at + TILE - 1. */
+static inline void sum_tile(double sum[TILE], const kt_stage_term *terms, size_t count, double *const *k, size_t at) {
+    for (int l = 0; l < TILE; l++)
+        sum[l] = 0.0;
+    for (size_t j = 0; j < count; j++) {
+        const double weight = terms[j].weight;
+        const double *kj = k[terms[j].slot] + at;
+        for (int l = 0; l < TILE; l++)
+            sum[l] += weight * kj[l];
+    }
+}
+
+double kt_slopes_sum(const kt_stage_term *terms, size_t count, double *const *k, size_t at) {
+    double sum = 0.0;
+    for (size_t j = 0; j < count; j++)
+        sum += terms[j].weight * k[terms[j].slot][at];
+    return sum;
+}
+
+/* The squares are summed in the lanes i mod TILE, for components i. */
+double kt_slopes_mean_square(const kt_integrator *it, const kt_stage_term *terms, size_t count) {
+    const size_t n = it->counted;
+    const double *y0 = it->y, *y1 = it->trial, *each = it->options.absolute_tolerances;
+    const double relative = it->options.relative_tolerance, absolute = it->options.absolute_tolerance;
+    double lanes[TILE] = {0.0};
+    size_t i = 0;
+    for (; i + TILE <= n; i += TILE) {
+        double sum[TILE], atol[TILE];
+        sum_tile(sum, terms, count, it->k, i);
+        for (int l = 0; l < TILE; l++)
+            atol[l] = each != NULL ? each[i + (size_t)l] : absolute;
+        for (int l = 0; l < TILE; l++) {
+            const double u = sum[l] / kt_scale_of(atol[l], relative, y0[i + (size_t)l], y1[i + (size_t)l]);
+            lanes[l] += u * u;
+        }
+    }
+    for (int l = 0; i < n; i++, l++) {
+        const double u = kt_slopes_sum(terms, count, it->k, i) /
+                         kt_scale_of(each != NULL ? each[i] : absolute, relative, y0[i], y1[i]);
+        lanes[l] += u * u;
+    }
+    double total = 0.0;
+    for (int l = 0; l < TILE; l++)
+        total += lanes[l];
+    return total / (double)n;
+}
 
 void kt_combine(double *restrict out, const double *restrict y, double h, const kt_stage_term *terms, size_t count,
                 double *const *k, size_t n) {
@@ -19,7 +70,7 @@ void kt_combine(double *restrict out, const double *restrict y, double h, const 
             out[i + (size_t)l] = y[i + (size_t)l] + h * sum[l];
     }
     for (; i < n; i++)
-        out[i] = y[i] + h * sum_one(terms, count, k, i);
+        out[i] = y[i] + h * kt_slopes_sum(terms, count, k, i);
 }
 
 void kt_combine_rows(double *out, const double *y, double h, const double *weights, size_t count, double *k, size_t n) {
@@ -30,6 +81,8 @@ void kt_combine_rows(double *out, const double *y, double h, const double *weigh
         rows[j] = k + j * n;
     kt_combine(out, y, h, terms, kt_stage_terms(weights, count, terms), rows, n);
 }
+
+/* ---- stages ------------------------------------------------------------------------------------------------------ */
 
 kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *in, size_t first, size_t last, kt_try *result) {
     assert(last <= (size_t)it->table->stages);

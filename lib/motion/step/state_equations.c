@@ -256,8 +256,8 @@ static int project_state(double t, double *y, bool *changed, void *user) {
     kt_simulation *simulation = user;
     const kt_data *data = simulation->data;
     const bool engine = simulation->options.projection == NULL;
-    const kt_status status =
-        kt_simulation_project(simulation, kt_simulation_closing_time(simulation, t), y, changed, &simulation->cause);
+    const double closing = simulation->breakpoints.any ? kt_simulation_closing_time(simulation, t) : t;
+    const kt_status status = kt_simulation_project(simulation, closing, y, changed, &simulation->cause);
     simulation->ahead = true;
     if (status != KT_OK)
         return kt_simulation_is_recoverable(status) && !(engine && data->dead) ? 1 : -1;
