@@ -21,6 +21,10 @@ from claims import claim, finish, note
 CODE = [
     ("look", "residuals, evaluate", ()),
     ("looks", "residuals, evaluations", ()),
+    ("live", "active", ("apps/",)),
+    ("judge", "check", ("apps/", "lib/files/robot/", "lib/study/compare/")),
+    ("keep", "store, save", ("apps/", "lib/files/", "lib/output/", "lib/study/", "lib/math/")),
+    ("noted", "stored, marked", ("apps/", "lib/files/")),
     ("ready", "prepare; has_terms", ("apps/embed/",)),  # a file descriptor of poll
     ("unsolved", "singular", ()),
     ("unsolve", "refactor", ()),

@@ -125,7 +125,7 @@ static bool close_around_given(const kt_model *model, kt_data *data, double t, c
     for (size_t g = 0; g < model->n.group; g++) {
         if (kt_group_is_closed(model, data, g, q, KT_CLOSED_STEP))
             continue;
-        kt_take_group(model, &model->group[g], given, q);
+        kt_copy_group(model, &model->group[g], given, q);
         release_coordinates(model, &model->group[g], KT_POSITION_GIVEN, fixed);
         weighted |= set_group_weights(model, &model->group[g], KT_POSITION_GIVEN, weight);
     }

@@ -40,9 +40,9 @@ static void move_lane_positions(const kt_model *model, kt_condition here, const 
 }
 
 /* Returns the states whose positions are closed. */
-static kt_condition close_lane_positions(const kt_model *model, kt_data *data, kt_condition live, const kt_lanes_at *at,
-                                         kt_real1 *q, kt_violation *violation) {
-    kt_condition sound = live, open = live;
+static kt_condition close_lane_positions(const kt_model *model, kt_data *data, kt_condition states,
+                                         const kt_lanes_at *at, kt_real1 *q, kt_violation *violation) {
+    kt_condition sound = states, open = states;
     kt_real1 before = kt_real1_splat((double)INFINITY);
     for (int i = 0; i < KT_POSITION_STEPS_MAX; i++) {
         sound &= KT_KERNEL(kt_groups_residuals)(model, data, at, violation);
@@ -63,11 +63,11 @@ static kt_condition close_lane_positions(const kt_model *model, kt_data *data, k
 }
 
 /* Returns the states whose velocities fit. The violation of a state that is not moved on is unchanged. */
-static kt_condition close_lane_velocities(const kt_model *model, kt_data *data, kt_condition live, kt_real1 *v,
+static kt_condition close_lane_velocities(const kt_model *model, kt_data *data, kt_condition states, kt_real1 *v,
                                           kt_violation *violation) {
-    const kt_condition open = live & ~(violation->slip <= KT_CLOSED * violation->speed);
+    const kt_condition open = states & ~(violation->slip <= KT_CLOSED * violation->speed);
     const kt_real1 given = violation->speed;
-    kt_condition sound = live;
+    kt_condition sound = states;
     kt_real1 before = kt_real1_splat((double)INFINITY);
     if (!kt_is_anywhere(open))
         return sound;
@@ -91,12 +91,12 @@ static kt_condition close_lane_velocities(const kt_model *model, kt_data *data, 
     }
 }
 
-kt_condition KT_KERNEL(kt_project)(const kt_model *model, kt_data *data, kt_condition live, kt_real1 t, kt_real1 *q,
+kt_condition KT_KERNEL(kt_project)(const kt_model *model, kt_data *data, kt_condition states, kt_real1 t, kt_real1 *q,
                                    kt_real1 *v) {
     const kt_lanes_at at = {.t = t, .q = q, .v = v};
     kt_violation violation;
     const kt_condition usual = model->n.q > model->n.v ? kt_turns_make_units(model, q, true) : kt_condition_true();
-    kt_condition sound = close_lane_positions(model, data, live & usual, &at, q, &violation);
+    kt_condition sound = close_lane_positions(model, data, states & usual, &at, q, &violation);
     sound = close_lane_velocities(model, data, sound, v, &violation);
     return sound & kt_is_finite1(violation.velocity) & (violation.slip <= KT_CLOSED_STEP * violation.speed);
 }

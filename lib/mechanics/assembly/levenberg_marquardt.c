@@ -133,7 +133,7 @@ static void damped_step(const kt_model *model, kt_data *data, size_t g, double m
         step[model->group_v[group->v + (int32_t)i]] = shorter * w->free[i] * unit[i];
 }
 
-void kt_take_group(const kt_model *model, const kt_group *group, const double *from, double *to) {
+void kt_copy_group(const kt_model *model, const kt_group *group, const double *from, double *to) {
     assert(from != to);
     for (int l = 0; l < group->link_count; l++) {
         const kt_link *link = &model->link[model->group_link[group->link + l]];
@@ -223,7 +223,7 @@ static void iterate_groups(const kt_model *model, kt_data *data, double t, const
             if (data->settled[g])
                 continue;
             if (group_step_is_accepted(model, data, g, &w, asked))
-                kt_take_group(model, &model->group[g], data->moved_q, q);
+                kt_copy_group(model, &model->group[g], data->moved_q, q);
             else
                 refill = true;
         }
@@ -272,7 +272,7 @@ static void start_elsewhere(const kt_model *model, kt_data *data, const bool *he
         const kt_group *group = &model->group[g];
         if (kt_group_is_closed(model, data, g, q, KT_CLOSED_ASSEMBLED))
             continue;
-        kt_take_group(model, group, from, q);
+        kt_copy_group(model, group, from, q);
         for (int32_t i = group->v; i < group->v + group->v_count; i++)
             if (!held || !held[model->group_v[i]])
                 data->delta[model->group_v[i]] =

@@ -24,6 +24,6 @@ double kt_assemble_levenberg_marquardt(const kt_model *model, kt_data *data, dou
 bool kt_damped_step(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const double *gap, double mu);
 
 /* Copies the positions of a group's links from one state to another. */
-void kt_take_group(const kt_model *model, const kt_group *group, const double *from, double *to);
+void kt_copy_group(const kt_model *model, const kt_group *group, const double *from, double *to);
 
 #endif

@@ -262,7 +262,7 @@ static void fill_attached_loops(const kt_attach *a, kt_model *m, size_t *number,
         prepare_loop(a->description, loop, m, r, number);
         fill_loop_turns(a, m, r, number);
         m->driven |= !kt_loop_is_off(r) && (kt_loop_is_driven(r) || has_constant_rate(m, r));
-        r->name = kt_model_keep_text(m, text, loop->name);
+        r->name = kt_model_store_text(m, text, loop->name);
     }
 }
 
@@ -327,7 +327,7 @@ static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t 
         r->breakpoint = effect->breakpoint;
         r->user = effect->user;
         if (effect->name)
-            r->name = kt_model_keep_text(m, text, effect->name);
+            r->name = kt_model_store_text(m, text, effect->name);
         const kt_status status = place_effect(a, m, effect, r, error);
         if (status != KT_OK)
             return status;
@@ -425,7 +425,7 @@ static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_err
     m->length = 1.0;
     kt_attach_measure_loops(a, m);
     kt_attach_fill_groups(a, m);
-    kt_armature_note(m);
+    kt_armature_update_flags(m);
     for (int i = 0; i < d->hold_count; i++)
         kt_joint_hold(m, &m->body[kt_joint_index(m, d->hold[i])], true);
     status = fill_effects(a, m, &number, &variable, &part, &text, error);

@@ -120,9 +120,9 @@ static size_t find_planes(build *b, kt_plan plan) {
     return in_space ? 0 : planes;
 }
 
-/* Records which coordinates the description gives. The last three velocity coordinates of a joint with a quaternion are
+/* Marks the coordinates whose initial values the description gives. The last three velocity coordinates of a joint with a quaternion are
  * its angular velocity. */
-static void keep_given(kt_model *m, const kt_joint *joint, const kt_body_record *record) {
+static void mark_given_coordinates(kt_model *m, const kt_joint *joint, const kt_body_record *record) {
     const int quaternion = kt_joint_quaternion(joint->type), nv = kt_joint_sizes[joint->type].nv;
     const unsigned given = kt_joint_given(joint);
     for (int k = 0; k < nv; k++) {
@@ -135,7 +135,7 @@ static void keep_given(kt_model *m, const kt_joint *joint, const kt_body_record 
 }
 
 /* Stores the initial coordinates of a joint; a quaternion of zeros means no rotation. */
-static void keep_initial(kt_model *m, const kt_joint *joint, const kt_body_record *record) {
+static void store_initial_state(kt_model *m, const kt_joint *joint, const kt_body_record *record) {
     const kt_joint_size *size = &kt_joint_sizes[joint->type];
     const int quaternion = kt_joint_quaternion(joint->type);
     memcpy(m->q0 + record->q, joint->position, (size_t)size->nq * sizeof(double));
@@ -155,14 +155,14 @@ static void keep_initial(kt_model *m, const kt_joint *joint, const kt_body_recor
 }
 
 /* Fills body records, coordinates, markers and names, in the order of the bodies. */
-static kt_status keep_bodies(build *b, kt_error *error) {
+static kt_status store_bodies(build *b, kt_error *error) {
     kt_model *m = b->model;
     const kt_description *d = b->description;
     size_t text = 0, marker = 0;
     int32_t q = 0, v = 0, limit = 0;
     m->body[0] = (kt_body_record){.in_link = kt_pose_identity(), .joint = kt_pose_identity(), .source = -1};
-    m->body[0].name = kt_model_keep_text(m, &text, "world");
-    m->name = kt_model_keep_text(m, &text, d->name ? d->name : "");
+    m->body[0].name = kt_model_store_text(m, &text, "world");
+    m->name = kt_model_store_text(m, &text, d->name ? d->name : "");
     kt_status status = KT_OK;
     for (int i = 0; i < d->body_count && status == KT_OK; i++) {
         const kt_body *body = &d->bodies[b->order[i]];
@@ -178,20 +178,20 @@ static kt_status keep_bodies(build *b, kt_error *error) {
         if (status == KT_OK)
             status = kt_rotation_evaluate(&body->joint.rotation, &r->joint.rotation, error);
         r->joint.position = body->joint.at;
-        keep_initial(m, &body->joint, r);
-        keep_given(m, &body->joint, r);
+        store_initial_state(m, &body->joint, r);
+        mark_given_coordinates(m, &body->joint, r);
         if (kt_joint_is_limited(&body->joint)) {
             m->limit[limit] = body->joint.limits;
             r->limit = ++limit;
         }
-        r->name = kt_model_keep_text(m, &text, body->name);
-        r->joint_name = body->joint.name ? kt_model_keep_text(m, &text, body->joint.name) : r->name;
+        r->name = kt_model_store_text(m, &text, body->name);
+        r->joint_name = body->joint.name ? kt_model_store_text(m, &text, body->joint.name) : r->name;
         r->marker = (int32_t)marker;
         r->marker_count = body->marker_count;
         for (int k = 0; k < body->marker_count && status == KT_OK; k++) {
             kt_marker_record *mark = &m->marker[marker++];
             mark->frame.position = body->markers[k].at;
-            mark->name = kt_model_keep_text(m, &text, body->markers[k].name);
+            mark->name = kt_model_store_text(m, &text, body->markers[k].name);
             status = kt_rotation_evaluate(&body->markers[k].rotation, &mark->frame.rotation, error);
         }
     }
@@ -200,7 +200,7 @@ static kt_status keep_bodies(build *b, kt_error *error) {
 
 /* Stores the axes at rest and the pitch of the last link. Unrotated axes with a pitch of 0 are the default and need no
  * entry. */
-static void keep_rest(kt_model *m, kt_link *link, kt_mat3 axes, double pitch) {
+static void store_rest(kt_model *m, kt_link *link, kt_mat3 axes, double pitch) {
     link->rest_is_rotated = !kt_mat3_is_same(axes, kt_mat3_identity());
     if (!link->rest_is_rotated && pitch == 0.0)
         return;
@@ -226,7 +226,7 @@ static void string_links(kt_model *m, const kt_description *d, int32_t self, siz
         const bool same = k > 0 && kt_mat3_is_same(elements[k - 1].frame, e->frame); /* rest is exactly identity */
         const kt_mat3 rest = same ? kt_mat3_identity() : kt_mat3_multiply(frame.rotation, e->frame);
         link->at = frame.position;
-        keep_rest(m, link, rest, e->pitch);
+        store_rest(m, link, rest, e->pitch);
         link->parent = up;
         link->body = self;
         link->motion = (uint8_t)e->motion;
@@ -337,7 +337,7 @@ static void gear_links(build *b) {
         memcpy(m->armature + m->body[i].v, joint->armature,
                (size_t)kt_joint_sizes[m->body[i].type].nv * sizeof *m->armature);
     }
-    kt_armature_note(m);
+    kt_armature_update_flags(m);
 }
 
 /* link->size has the order of magnitude of the rigid inertia that a link carries. The size leaves out the growth of
@@ -383,7 +383,7 @@ static kt_status build_model(build *b, const kt_model_options *options, kt_error
     b->model = m;
     if (n.plane)
         memcpy(m->plane, b->plane, n.plane * sizeof *m->plane);
-    kt_status status = keep_bodies(b, error);
+    kt_status status = store_bodies(b, error);
     if (status == KT_OK) {
         kt_model_name_all(m);
         string_all(b);

@@ -95,7 +95,7 @@ KT_INNER void kt_link_poses(const kt_model *model, const double *q, kt_pose *pos
 KT_INNER void kt_link_twists(const kt_model *model, const double *v, const kt_pose *poses, kt_twist *twists);
 
 /* Copies a text into the texts of a model from *used on, and returns its position. */
-static inline uint32_t kt_model_keep_text(kt_model *m, size_t *used, const char *text) {
+static inline uint32_t kt_model_store_text(kt_model *m, size_t *used, const char *text) {
     const uint32_t at = (uint32_t)*used;
     const size_t length = strlen(text) + 1;
     memcpy(m->text + at, text, length);

@@ -93,7 +93,7 @@ kt_status kt_attach_fill_states(const kt_attach *a, kt_model *m, size_t *number,
         kt_effect_record *r = &m->state[i];
         *r = (kt_effect_record){.type = (int32_t)rate.type,
                                 .source = (int32_t)(law < 0 ? i : law),
-                                .name = kt_model_keep_text(m, text, state->name),
+                                .name = kt_model_store_text(m, text, state->name),
                                 .law_rate = (int32_t)of + 1,
                                 .breakpoint = rate.breakpoint,
                                 .user = rate.user};

@@ -153,7 +153,7 @@ static void consider(const planner *p, int32_t i, int32_t next, choice *best) {
  * other, not the number of branches. */
 static void order_by_width(const planner *p) {
     kt_attach *a = p->a;
-    int32_t active = 0, lowest = 0, *live = a->last_use;
+    int32_t active_count = 0, lowest = 0, *active = a->last_use;
     for (int l = 0; l < p->count; l++) {
         const int32_t i = p->link[l];
         a->step[i] = -1;
@@ -165,10 +165,10 @@ static void order_by_width(const planner *p) {
     }
     for (int32_t at = 0; at < p->count; at++) {
         choice best = {0};
-        for (int32_t n = 0; n < active; n++) {
-            for (int32_t j = a->child[live[n]]; j; j = a->sibling[j])
+        for (int32_t n = 0; n < active_count; n++) {
+            for (int32_t j = a->child[active[n]]; j; j = a->sibling[j])
                 consider(p, j, n, &best);
-            for (int32_t e = a->end[live[n]]; e; e = a->next_end[e - 1]) {
+            for (int32_t e = a->end[active[n]]; e; e = a->next_end[e - 1]) {
                 const int32_t other = p->m->loop[(e - 1) / 2].link[e % 2];
                 if (!link_is_taken(p, other))
                     consider(p, first_towards(p, other), n, &best);
@@ -179,12 +179,12 @@ static void order_by_width(const planner *p) {
             lowest += best.link ? 0 : 1;
         }
         take_link(p, best.link, at);
-        live[active++] = best.link;
+        active[active_count++] = best.link;
         int32_t kept = 0;
-        for (int32_t n = 0; n < active; n++)
-            if (a->waiting[live[n]] > 0)
-                live[kept++] = live[n];
-        active = kept;
+        for (int32_t n = 0; n < active_count; n++)
+            if (a->waiting[active[n]] > 0)
+                active[kept++] = active[n];
+        active_count = kept;
     }
 }
 

@@ -67,7 +67,7 @@ void kt_massless_mark(kt_model *tree, size_t link) {
     for (int k = 0; k < kt_link_dofs(l); k++)
         tree->armature[l->v + k] = 1.0;
     tree->found_massless += (size_t)kt_link_dofs(l);
-    kt_armature_note(tree);
+    kt_armature_update_flags(tree);
 }
 
 /* ---- in a complete model ----------------------------------------------------------------------------------------- */

@@ -102,7 +102,7 @@ static void finish_ranks(kt_model *model, const kt_data *data, const kt_rank_sam
         kt_fronts_find_delays(model);
         kt_groups_place_matrices(model);
     }
-    kt_armature_note(model);
+    kt_armature_update_flags(model);
     kt_forms_choose(model);
     kt_stress_plan(model);
 }
@@ -126,7 +126,7 @@ static kt_status choose_among_delayed(kt_model *model, kt_rank_samples *found, k
         done = kt_rank_factor(model, data, rows);
         for (size_t g = 0; g < model->n.group && done; g++)
             if (model->group[g].front.delayed_most && data->rank[g] == model->group[g].rank[rows])
-                kt_rank_note_steps(model, data, &model->group[g], rows, true, found);
+                kt_rank_store_steps(model, data, &model->group[g], rows, true, found);
     }
     for (size_t i = 0; i < KT_ROWS_COUNT * model->n.front && data; i++)
         model->front_usual[i] = found->usual[i];

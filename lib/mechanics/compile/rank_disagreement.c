@@ -84,7 +84,7 @@ static double find_disagreement(kt_model *model, kt_data *data, kt_rank_samples 
         kt_rank_take_sample(model, data, s < 3 ? 0.3 : s < 6 ? 0.15 : 0.1, s, found);
         for (size_t g = 0; g < model->n.group; g++)
             if (open[g] && kt_rank_is_closed(model, data, g)) {
-                most = fmax(most, kt_group_note_disagreement(model, data, g));
+                most = fmax(most, kt_group_store_disagreement(model, data, g));
                 seen[g] = true;
             }
     }

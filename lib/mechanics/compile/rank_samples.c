@@ -81,8 +81,8 @@ static bool update_largest_rank(int32_t rank, double last, int32_t *most, double
 /* Stores the results of a sample for a group that is reduced by fronts. If this sample has the `best` rank of all so
  * far, the rank up to each step and the chosen equations are stored. The size of each step's last direction is the
  * largest of all samples. */
-void kt_rank_note_steps(const kt_model *model, const kt_data *data, const kt_group *group, int rows, bool best,
-                        kt_rank_samples *found) {
+void kt_rank_store_steps(const kt_model *model, const kt_data *data, const kt_group *group, int rows, bool best,
+                         kt_rank_samples *found) {
     const size_t first = (size_t)rows * model->n.front + (size_t)group->front.step;
     const kt_front_count *count = data->front + group->front.step;
     bool *chosen = found->chosen + (size_t)rows * model->n.row;
@@ -113,7 +113,7 @@ static void mark_chosen_equations(const kt_model *model, const kt_group *group, 
 }
 
 /* Copies the positions of a group's links. */
-static void keep_position(const kt_model *model, const kt_group *group, const double *q, double *to) {
+static void store_position(const kt_model *model, const kt_group *group, const double *q, double *to) {
     for (int l = 0; l < group->link_count; l++) {
         const kt_link *link = &model->link[model->group_link[group->link + l]];
         const kt_motion_facts motion = kt_motion_facts_of(link->motion);
@@ -161,13 +161,13 @@ void kt_rank_sample_groups(kt_model *model, kt_data *data, const double *q, bool
             const bool best = update_largest_rank(data->rank[g], data->last[g],
                                                   &found->rank[KT_ROWS_COUNT * g + (size_t)rows], &group->usual[rows]);
             if (kt_group_has_fronts(group))
-                kt_rank_note_steps(model, data, group, rows, best, found);
+                kt_rank_store_steps(model, data, group, rows, best, found);
             else if (best && model->reduction->chooses)
                 mark_chosen_equations(model, group, &w, data->rank[g], found->chosen + (size_t)rows * model->n.row);
             if (rows != KT_ROWS_ALL)
                 continue;
             if (best)
-                keep_position(model, group, q, found->q + 2 * model->n.q);
+                store_position(model, group, q, found->q + 2 * model->n.q);
             found->sampled[g] = true;
             if (kt_group_has_fronts(group))
                 mark_nontrivial_front_rows(model, data, g, found->nontrivial);

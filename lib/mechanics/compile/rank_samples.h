@@ -62,8 +62,8 @@ KT_CHECKED kt_status kt_rank_sample_places(kt_model *model, kt_data *data, kt_ra
 bool kt_rank_factor(const kt_model *model, kt_data *data, int rows);
 
 /* Stores the results of a sample for a group that is reduced by fronts. `best`: its rank is the largest so far. */
-void kt_rank_note_steps(const kt_model *model, const kt_data *data, const kt_group *group, int rows, bool best,
-                        kt_rank_samples *found);
+void kt_rank_store_steps(const kt_model *model, const kt_data *data, const kt_group *group, int rows, bool best,
+                         kt_rank_samples *found);
 
 /* A lower bound of the size that the largest direction of a group counts as. Needs the equations' scales. */
 double kt_rank_least(const kt_model *model, const kt_group *group, const kt_group_work *w);
@@ -90,6 +90,6 @@ void kt_loops_place_ends(kt_model *model, const kt_pose *ends);
 
 /* Stores the gaps of the loops of a group, as last filled, if the gaps are larger than the stored gaps. Returns the
  * largest gap, relative to the scales. */
-double kt_group_note_disagreement(kt_model *model, const kt_data *data, size_t g);
+double kt_group_store_disagreement(kt_model *model, const kt_data *data, size_t g);
 
 #endif

@@ -121,7 +121,7 @@ static void place_ends(const repair *u, int l) {
         update_loop_ends(u->model, loop);
 }
 
-double kt_group_note_disagreement(kt_model *model, const kt_data *data, size_t g) {
+double kt_group_store_disagreement(kt_model *model, const kt_data *data, size_t g) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     double most = 0.0;
@@ -478,7 +478,7 @@ static bool repair_group_rows(repair *u, const double *base) {
     double most = 0.0;
     for (int s = 0; s < u->generic; s++)
         if (close_at(u, u->q + (size_t)s * nq))
-            most = fmax(most, kt_group_note_disagreement(u->model, u->data, u->g));
+            most = fmax(most, kt_group_store_disagreement(u->model, u->data, u->g));
     if (!(most > kt_group_rounding(u->model, u->g, base)) || !solve_corrections(u))
         return false;
     for (int side = 0; side < FLAT; side++) {

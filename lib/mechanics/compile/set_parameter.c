@@ -500,7 +500,7 @@ void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const doubl
         break;
     case KT_PARAMETER_ARMATURE:
         memcpy(copy->armature + copy->body[parameter->item].v, values, (size_t)parameter->count * sizeof *values);
-        kt_armature_note(copy);
+        kt_armature_update_flags(copy);
         kt_masses_attach(copy);
         kt_massless_attach(copy);
         kt_forms_choose(copy);

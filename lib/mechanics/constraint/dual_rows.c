@@ -23,7 +23,7 @@ static int evaluate_rows(const kt_support *w, const kt_loop_record *loop, int32_
         end[i] = kt_support_end_dual(&w->end[i], by->end == i ? &by->motion : NULL, along);
     const int count = kt_loop_kinds_dual[loop->kind]->evaluate(loop, w->x->model->number, end, w->x->t, rows);
     if (loop->equations != NULL)
-        kt_stop_note(w->x->model, w->x->data, loop, kt_value(rows[0].rate));
+        kt_stop_store_code(w->x->model, w->x->data, loop, kt_value(rows[0].rate));
     return count;
 }
 

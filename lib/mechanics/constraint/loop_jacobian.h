@@ -189,7 +189,7 @@ KT_INLINE void kt_rows_frames(const kt_model *model, const kt_data *data, const 
     const int count = kt_loop_evaluate(loop, model->number, end, t, rows);
 #ifndef KT_LANES
     if (loop->equations != NULL)
-        kt_stop_note(model, data, loop, rows[0].rate);
+        kt_stop_store_code(model, data, loop, rows[0].rate);
 #endif
     const kt_real3 d = kt_sub3(end[1].point, end[0].point);
     for (int r = 0; r < count; r++)

@@ -39,7 +39,7 @@ int KT_KERNEL(kt_planar_rows_in_space)(const kt_model *model, const kt_data *dat
         kt_ends_count(model, loop, x->q, ends);
     (void)KT_KERNEL(kt_loop_kinds)[loop->kind]->evaluate(loop, model->number, ends, t, rows);
     if (loop->equations != NULL)
-        kt_stop_note(model, data, loop, rows[0].rate);
+        kt_stop_store_code(model, data, loop, rows[0].rate);
     for (int i = 0; i < flat->count; i++) {
         const kt_loop_row *row = &rows[flat->row[i].row];
         const int32_t at = x->slot[flat->row[i].row];

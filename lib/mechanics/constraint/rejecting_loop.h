@@ -19,7 +19,7 @@ KT_EACH_ISA(KT_REJECTING_DECLARE)
  * rates of the loop's equations carry the number (loop/custom.h), and functions that evaluate loops store the number in
  * the data. Calls that may fail end with kt_stop_report, which erases the number. Without own loops of the caller
  * (kt_model.custom), nothing is stored, and the report returns `status`. */
-void kt_stop_note(const kt_model *model, const kt_data *data, const kt_loop_record *loop, double rate);
+void kt_stop_store_code(const kt_model *model, const kt_data *data, const kt_loop_record *loop, double rate);
 kt_status kt_stop_report(const kt_model *model, const kt_data *data, double t, kt_status status, kt_error *error);
 
 #endif

@@ -6,20 +6,20 @@
 #include "base/where.h"
 #include "loop/loop_custom.h"
 
-static bool is_noted(const kt_model *model, const kt_data *data) {
+static bool has_stop_code(const kt_model *model, const kt_data *data) {
     return data->stopped[0] > 0 && data->stopped[0] <= (int32_t)model->n.loop;
 }
 
-void kt_stop_note(const kt_model *model, const kt_data *data, const kt_loop_record *loop, double rate) {
+void kt_stop_store_code(const kt_model *model, const kt_data *data, const kt_loop_record *loop, double rate) {
     int code;
-    if (is_noted(model, data) || !kt_custom_stopped(rate, &code))
+    if (has_stop_code(model, data) || !kt_custom_stopped(rate, &code))
         return;
     data->stopped[0] = 1 + (int32_t)(loop - model->loop);
     data->stopped[1] = code;
 }
 
 kt_status kt_stop_report(const kt_model *model, const kt_data *data, double t, kt_status status, kt_error *error) {
-    if (!model->custom || !is_noted(model, data))
+    if (!model->custom || !has_stop_code(model, data))
         return status;
     const char *name = model->text + model->loop[data->stopped[0] - 1].name;
     data->stopped[0] = 0;

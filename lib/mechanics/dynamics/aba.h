@@ -343,7 +343,7 @@ KT_INLINE kt_condition kt_articulated_project(const kt_model *model, kt_data *da
  * with d in lane 3 of its angular part, and y. */
 static inline kt_real3 *kt_armature_gain(kt_articulated *kept, int row) { return &kept->gain[row]; }
 /* Only inverse inertias, which exist for one state, use d. */
-KT_OPERATOR void kt_armature_keep(kt_articulated *kept, int row, kt_real1 d) {
+KT_OPERATOR void kt_armature_store(kt_articulated *kept, int row, kt_real1 d) {
 #ifdef KT_LANES
     (void)kept, (void)row, (void)d;
 #else

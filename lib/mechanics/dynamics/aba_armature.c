@@ -40,7 +40,7 @@ kt_condition KT_KERNEL(kt_project_armature)(const kt_model *model, kt_data *data
             continue;
         }
         *kt_armature_gain(kept, 2 * k) = vn;
-        kt_armature_keep(kept, 2 * k, d);
+        kt_armature_store(kept, 2 * k, d);
         *kt_armature_gain(kept, 2 * k + 1) = vf;
         kt_set_part3(k < 3 ? &kept->moment : &kept->force, k % 3, y);
     }

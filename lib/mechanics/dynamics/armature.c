@@ -13,7 +13,7 @@ static bool link_has_armature(const kt_model *model, const kt_link *link) {
     return has;
 }
 
-void kt_armature_note(kt_model *model) {
+void kt_armature_update_flags(kt_model *model) {
     model->has_armature = false;
     for (size_t g = 0; g < model->n.group; g++)
         model->group[g].has_armature = false;

@@ -126,7 +126,7 @@ KT_INNER KT_CHECKED kt_status kt_massless_reject(const kt_model *model, const ch
 
 /* Updates links, groups and kernels of a model for its armatures (model->armature). Planar links have been filled.
  * Cost: O(links). */
-void kt_armature_note(kt_model *model);
+void kt_armature_update_flags(kt_model *model);
 
 /* Returns the kinetic energy of the rotors, from data->kinematics; J. */
 double kt_armature_energy(const kt_model *model, const kt_data *data);

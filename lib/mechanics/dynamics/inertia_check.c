@@ -89,8 +89,8 @@ static void pass_size(const kt_model *model, kt_data *data, size_t i, size s) {
 
 /* Eliminates a joint that has inertia. Otherwise nothing is passed on, and the verdict on its parent becomes unknown.
  * The exception is a free link, which passes no inertia to its parent. */
-KT_INLINE kt_elimination judge(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x,
-                               void *context) {
+KT_INLINE kt_elimination eliminate_or_reject(const kt_model *model, kt_data *data, size_t i, const double *tau,
+                                             kt_articulated *x, void *context) {
     judgement *j = context;
     const kt_link *link = &model->link[i];
     size s = *children_size_of(data, i);
@@ -118,6 +118,6 @@ size_t kt_singular_links(const kt_model *model, kt_data *data, const double *q, 
     judgement j = {.verdict = verdict};
     kt_articulated_motion(model, data, q, model->zero, model->n.link);
     memset(data->kinematics, 0, model->n.link * sizeof *data->kinematics);
-    (void)kt_articulated_backward(model, data, model->zero, model->n.link, judge, &j);
+    (void)kt_articulated_backward(model, data, model->zero, model->n.link, eliminate_or_reject, &j);
     return j.found;
 }

@@ -84,10 +84,10 @@ int kt_effect_load_find(const kt_model *model, const kt_data *data, double t, co
 
 /* The lowest point of the sphere of a contact, the normal of its plane, towards the sphere, and the velocity of slip.
  * Data hold the kinematics. */
-typedef struct kt_contact_place {
+typedef struct kt_contact_kinematics {
     kt_vec3 point, normal, slip;
-} kt_contact_place;
-kt_contact_place kt_contact_place_find(const kt_data *data, const kt_effect_record *effect);
+} kt_contact_kinematics;
+kt_contact_kinematics kt_contact_kinematics_find(const kt_data *data, const kt_effect_record *effect);
 
 /* Points at->tau and at->external at the sums that kt_effects_apply left in data, if it added a force. */
 void kt_effects_recall(const kt_model *model, const kt_data *data, kt_dynamic_state *at);

@@ -205,11 +205,12 @@ static kt_vec3 slip_velocity_at(const reading *r, kt_vec3 point) {
     return tangential(r, kt_vec3_sub(end_velocity_at(&r->end[0], point), end_velocity_at(&r->end[1], point)));
 }
 
-kt_contact_place kt_contact_place_find(const kt_data *data, const kt_effect_record *effect) {
+kt_contact_kinematics kt_contact_kinematics_find(const kt_data *data, const kt_effect_record *effect) {
     reading r = {.effect = effect};
     kt_effect_ends_find(data, effect, r.end);
     const kt_vec3 point = lowest_point(&r);
-    return (kt_contact_place){.point = point, .normal = contact_normal_of(&r), .slip = slip_velocity_at(&r, point)};
+    return (kt_contact_kinematics){
+        .point = point, .normal = contact_normal_of(&r), .slip = slip_velocity_at(&r, point)};
 }
 
 static double quantity_value_of(const reading *r, kt_effect_quantity quantity) {

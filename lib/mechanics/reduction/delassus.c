@@ -104,10 +104,10 @@ static bool find_delassus_equations(const kt_model *model, kt_data *data, size_t
 KT_INLINE void add_to_load(const sweep *s, int32_t link, shape is, const kt_real4 *x) {
     const int32_t local = s->model->link[link].local;
     kt_real4 *to = s->d.load + KT_FRONT_SPACE * local;
-    const bool more = s->d.given[local] & KT_DELASSUS_WRENCH;
+    const bool more = s->d.present[local] & KT_DELASSUS_WRENCH;
     for (int c = 0; c < is.components; c++)
         kt_store4(is.equations, more ? kt_add4(is.equations, to[c], x[c]) : x[c], &to[c]);
-    s->d.given[local] |= KT_DELASSUS_WRENCH;
+    s->d.present[local] |= KT_DELASSUS_WRENCH;
 }
 
 /* Adds sign times W C of a loop to its links. */
@@ -128,7 +128,7 @@ static void add_loop_wrenches(const sweep *s, int r, double sign) {
 
 /* The joint forces of relations on a link's one degree of freedom. */
 KT_INLINE kt_real4 joint_force_of(const sweep *s, int32_t local) {
-    return s->d.given[local] & KT_DELASSUS_FORCE ? s->d.column[local] : kt_zero4();
+    return s->d.present[local] & KT_DELASSUS_FORCE ? s->d.column[local] : kt_zero4();
 }
 
 /* Adds the joint forces of a relation; the forces of planar revolute joints are moments about n. */
@@ -144,13 +144,13 @@ static void add_relation_forces(const sweep *s, int r) {
         }
         const int32_t local = s->model->link[term->link].local;
         s->d.column[local] = kt_add_scaled4(ALL, joint_force_of(s, local), coefficient, s->d.transform[r]);
-        s->d.given[local] |= KT_DELASSUS_FORCE;
+        s->d.present[local] |= KT_DELASSUS_FORCE;
     }
 }
 
 /* Stores sign times W C on the loops' links, and the joint forces of relations in the columns. */
 static void set_loads(const sweep *s, double sign) {
-    memset(s->d.given, 0, (size_t)s->f.w.m);
+    memset(s->d.present, 0, (size_t)s->f.w.m);
     for (int r = 0; r < s->count; r++)
         if (s->row[r].loop->term_count)
             add_relation_forces(s, r);
@@ -167,7 +167,7 @@ typedef struct wrenches {
  * (`from_child`). */
 KT_INLINE void collect_wrenches(const sweep *s, int32_t i, shape is, bool from_child, wrenches *p) {
     const int32_t local = s->model->link[i].local;
-    const bool has = s->d.given[local] & KT_DELASSUS_WRENCH;
+    const bool has = s->d.present[local] & KT_DELASSUS_WRENCH;
     const kt_real4 *stored = s->d.load + KT_FRONT_SPACE * local;
     for (int c = 0; c < is.components && !from_child; c++)
         p->x[c] = kt_zero4();

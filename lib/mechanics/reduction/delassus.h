@@ -53,7 +53,7 @@ typedef struct kt_delassus {
     kt_real4 *load;      /* KT_FRONT_SPACE m */
     kt_real4 *transform; /* C, rows */
     kt_real1 *inverse;   /* d, m */
-    uint8_t *given;      /* m, by links' first coordinates: KT_DELASSUS_... */
+    uint8_t *present;    /* m, by links' first coordinates: KT_DELASSUS_... */
 } kt_delassus;
 
 /* Whether `load` has wrenches on a link, and `column` joint forces. */
@@ -66,7 +66,7 @@ KT_INLINE void kt_delassus_find(const kt_model *model, const kt_data *data, size
     d->load = at, at += KT_FRONT_SPACE * w.m;
     d->transform = at, at += KT_DELASSUS_MAX;
     d->inverse = (kt_real1 *)at;
-    d->given = (uint8_t *)(d->inverse + w.m);
+    d->present = (uint8_t *)(d->inverse + w.m);
 }
 
 /* kt_delassus_prepare finds C of a group whose equations have been filled. Returns false if the group is left to the

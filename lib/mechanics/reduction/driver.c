@@ -87,7 +87,7 @@ static kt_relation_row first_row(const kt_model *model, const kt_data *data, siz
         kt_ends_count(model, of, q, end);
     (void)kt_loop_evaluate(of, model->number, end, t, rows);
     if (of->equations != NULL)
-        kt_stop_note(model, data, of, rows[0].rate);
+        kt_stop_store_code(model, data, of, rows[0].rate);
     const kt_real3 d = end[1].point - end[0].point, w = end[1].omega - end[0].omega;
     const kt_real3 u = end[1].velocity - end[0].velocity - kt_cross3(end[0].omega, d);
     return (kt_relation_row){.residual = rows[0].holonomic ? rows[0].residual : 0.0,

@@ -120,7 +120,7 @@ typedef struct kt_front {
     kt_front_count *count;          /* how many parameters and equations each step turned out to have */
     const kt_front_count *delaying; /* the step whose delayed equations are in slots, or NULL */
     const bool *fixed;              /* coordinates that count as constants; NULL: none */
-    int32_t *live, live_count;      /* holders of slots in use: links', then relations', then delayed equations' */
+    int32_t *active, active_count;  /* holders of slots in use: links', then relations', then delayed equations' */
 #endif
     kt_group_work w;             /* right-hand sides, scales, wrenches and multipliers of the group's equations */
     int components;              /* components of an acceleration: 3 or 6 */
@@ -170,7 +170,7 @@ static inline void kt_front_find(const kt_model *model, kt_data *data, size_t g,
 #ifndef KT_LANES
                     .count = data->front + plan->step,
                     .fixed = data->front_fixed + group->v,
-                    .live = data->front_live,
+                    .active = data->front_active,
 #endif
                     .components = kt_front_is_planar(model, data, g) ? KT_FRONT_SPACE / 2 : KT_FRONT_SPACE,
                     .width = plan->width,
@@ -250,17 +250,17 @@ static inline int kt_front_vector_count(const kt_front *f, int32_t holder) {
 
 /* The holders of slots in use, in ascending order. */
 static inline void kt_front_enter(kt_front *f, int32_t holder) {
-    int32_t i = f->live_count++;
-    for (; i > 0 && f->live[i - 1] > holder; i--)
-        f->live[i] = f->live[i - 1];
-    f->live[i] = holder;
+    int32_t i = f->active_count++;
+    for (; i > 0 && f->active[i - 1] > holder; i--)
+        f->active[i] = f->active[i - 1];
+    f->active[i] = holder;
 }
 static inline void kt_front_release(kt_front *f, int32_t holder) {
     int32_t i = 0;
-    while (i < f->live_count && f->live[i] != holder)
+    while (i < f->active_count && f->active[i] != holder)
         i++;
-    for (f->live_count--; i < f->live_count; i++)
-        f->live[i] = f->live[i + 1];
+    for (f->active_count--; i < f->active_count; i++)
+        f->active[i] = f->active[i + 1];
 }
 
 #endif

@@ -112,9 +112,9 @@ KT_INLINE void pass_delayed(kt_front *f, KT_COLUMN *constant, int s) {
 
 /* Adds T y to t for the slots in use: `rows` has `rank` numbers for each of their vectors. */
 KT_INLINE void add_y(const kt_front *f, KT_COLUMN *constant, const double *rows, int rank, const KT_COLUMN *y) {
-    for (int32_t l = 0; l < f->live_count; l++) {
-        KT_COLUMN *t = constant_at(f, constant, f->live[l]);
-        for (int c = 0; c < kt_front_vector_count(f, f->live[l]); c++, rows += rank)
+    for (int32_t l = 0; l < f->active_count; l++) {
+        KT_COLUMN *t = constant_at(f, constant, f->active[l]);
+        for (int c = 0; c < kt_front_vector_count(f, f->active[l]); c++, rows += rank)
             for (int j = 0; j < rank; j++)
                 t[c] += rows[j] * y[j];
     }

@@ -14,9 +14,9 @@
 /* Lengthens the vectors in slots from n parameters to n + more, by zeros. */
 KT_INLINE void extend(const kt_front *f, int n, int more) {
     const int end = kt_front_padded(n + more);
-    for (int32_t l = 0; l < f->live_count; l++) {
-        double *x = kt_front_vector(f, f->live[l]);
-        for (int c = kt_front_vector_count(f, f->live[l]); c > 0; c--, x += f->width)
+    for (int32_t l = 0; l < f->active_count; l++) {
+        double *x = kt_front_vector(f, f->active[l]);
+        for (int c = kt_front_vector_count(f, f->active[l]); c > 0; c--, x += f->width)
             for (int i = n; i < end; i++)
                 x[i] = 0.0;
     }
@@ -92,8 +92,8 @@ KT_INLINE int complete_loops(const kt_front *f, const kt_front_step *step, int n
 
 static int count_vectors(const kt_front *f) {
     int count = 0;
-    for (int32_t l = 0; l < f->live_count; l++)
-        count += kt_front_vector_count(f, f->live[l]);
+    for (int32_t l = 0; l < f->active_count; l++)
+        count += kt_front_vector_count(f, f->active[l]);
     return count;
 }
 
@@ -158,8 +158,8 @@ KT_INLINE void pass_on(kt_front *f, kt_front_count *count, const kt_front_factor
                        double first) {
     const int n = count->params;
     double *early = x->early;
-    for (int32_t l = 0; l < f->live_count; l++)
-        early += kt_front_vector_count(f, f->live[l]) * rank;
+    for (int32_t l = 0; l < f->active_count; l++)
+        early += kt_front_vector_count(f, f->active[l]) * rank;
     for (int c = rank; c < count->rows && count->rows - rank <= f->plan->delayed_most; c++) {
         const double *row = x->rows + c * n, weight = f->w.weight ? f->w.weight[pivot[c]] : 1.0;
         if (!(kt_squares(row, rank, n) > f->w.tolerance * f->w.tolerance * first))
@@ -189,15 +189,15 @@ KT_INLINE void reflect_slots(const kt_front *f, const kt_front_factor *x, int n,
     double *early = x->early;
     for (int j = 0; j < rank; j++) {
         kt_front_expand_reflector(x->rows + j * n, j, n, f->spare);
-        for (int32_t l = 0; l < f->live_count; l++) {
-            double *t = kt_front_vector(f, f->live[l]);
-            for (int c = kt_front_vector_count(f, f->live[l]); c > 0; c--, t += f->width)
+        for (int32_t l = 0; l < f->active_count; l++) {
+            double *t = kt_front_vector(f, f->active[l]);
+            for (int c = kt_front_vector_count(f, f->active[l]); c > 0; c--, t += f->width)
                 kt_front_reflect(f->spare, x->scale[j], n, t);
         }
     }
-    for (int32_t l = 0; l < f->live_count && rank; l++) {
-        double *t = kt_front_vector(f, f->live[l]);
-        for (int c = kt_front_vector_count(f, f->live[l]); c > 0; c--, t += f->width) {
+    for (int32_t l = 0; l < f->active_count && rank; l++) {
+        double *t = kt_front_vector(f, f->active[l]);
+        for (int c = kt_front_vector_count(f, f->active[l]); c > 0; c--, t += f->width) {
             for (int j = 0; j < rank; j++)
                 *early++ = t[j];
             shorten(t, rank, n);
@@ -216,9 +216,9 @@ static bool is_zero_column(const double *x, int n) {
 KT_INLINE int copy_coupled(const kt_front *f, int n) {
     const int end = kt_front_padded(n);
     int count = 0;
-    for (int32_t l = 0; l < f->live_count; l++) {
-        const double *t = kt_front_vector(f, f->live[l]);
-        for (int c = kt_front_vector_count(f, f->live[l]); c > 0; c--, t += f->width) {
+    for (int32_t l = 0; l < f->active_count; l++) {
+        const double *t = kt_front_vector(f, f->active[l]);
+        for (int c = kt_front_vector_count(f, f->active[l]); c > 0; c--, t += f->width) {
             double *to = f->copy + count * end;
             if (is_zero_column(t, n))
                 continue;
@@ -286,9 +286,9 @@ KT_INLINE int store_coupled_parameters(const kt_front *f, kt_front_count *count,
     } else {
         reflect_free(f, scale, kept, n, &x);
     }
-    for (int32_t l = 0; l < f->live_count; l++) {
-        double *t = kt_front_vector(f, f->live[l]);
-        for (int c = kt_front_vector_count(f, f->live[l]); c > 0; c--, t += f->width)
+    for (int32_t l = 0; l < f->active_count; l++) {
+        double *t = kt_front_vector(f, f->active[l]);
+        for (int c = kt_front_vector_count(f, f->active[l]); c > 0; c--, t += f->width)
             for (int j = 0; j < count->reflectors; j++)
                 kt_front_reflect(x.coupled + j * end, x.coupled_scale[j], n, t);
     }

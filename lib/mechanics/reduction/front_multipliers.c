@@ -98,9 +98,9 @@ static void load_slots(const kt_front *f, const kt_front_step *step, const doubl
 
 /* c -= (T Q1)' w, see reflect_slots. */
 static void unload_slots(const kt_front *f, const double *early, int rank, double *c) {
-    for (int32_t l = 0; l < f->live_count; l++) {
-        const double *w = kt_front_constant(f, f->live[l]);
-        for (int k = 0; k < kt_front_vector_count(f, f->live[l]); k++, early += rank)
+    for (int32_t l = 0; l < f->active_count; l++) {
+        const double *w = kt_front_constant(f, f->active[l]);
+        for (int k = 0; k < kt_front_vector_count(f, f->active[l]); k++, early += rank)
             for (int j = 0; j < rank; j++)
                 c[j] -= early[j] * w[k];
     }

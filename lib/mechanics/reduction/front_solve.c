@@ -236,7 +236,7 @@ KT_INLINE void couple(const kt_front *f, int t, int u, const double *y, double *
 }
 
 /* Minimises over the parameters that nothing sees: p_u = free - gain (A, p_t). */
-KT_INLINE bool minimise(const kt_front *f, int s, const kt_front_factor *x, int base, bool judge) {
+KT_INLINE bool minimise(const kt_front *f, int s, const kt_front_factor *x, int base, bool checks_size) {
     const kt_front_count *count = &f->count[s];
     const int t = base + count->kept, u = count->left - count->kept, all = t + u, stride = f->stride;
     const int end = kt_front_padded(t);
@@ -248,7 +248,7 @@ KT_INLINE bool minimise(const kt_front *f, int s, const kt_front_factor *x, int 
         expand_reflector_to_rows(f, v, base, all);
         reflect_energy(f, f->spare, x->coupled_scale[j], base + (count->reflectors == count->kept ? j : 0), all);
     }
-    if (!kt_dense_cholesky(f->energy + t * (f->stride + 1), (size_t)f->stride, u, judge ? f->size + t : NULL))
+    if (!kt_dense_cholesky(f->energy + t * (f->stride + 1), (size_t)f->stride, u, checks_size ? f->size + t : NULL))
         return false;
     store_energy_rows(f, t, u, t, u);
     memcpy(x->free, f->pull + t, (size_t)u * sizeof *x->free);

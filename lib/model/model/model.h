@@ -425,7 +425,7 @@ typedef struct kt_slip_frame {
     X(double, last, n->group, "size of its last independent direction if it is near a singular position")              \
     X(kt_front_count, front, n->front, "steps of the groups that are reduced by fronts, as last factored")             \
     X(kt_front_motion, front_motion, kt_where(n->front, n->group_v), "motion of the links, by first coordinates")      \
-    X(int32_t, front_live, kt_where(n->front, n->front + n->loop + KT_FRONT_DELAYED_MOST),                             \
+    X(int32_t, front_active, kt_where(n->front, n->front + n->loop + KT_FRONT_DELAYED_MOST),                           \
       "slots in use: of links, of relations, delayed")                                                                 \
     X(bool, front_fixed, kt_where(n->front, n->group_v), "coordinates that count as constants, as last filled")        \
     X(bool, front_planar, kt_where(n->front, n->group), "whether the planar kernels have filled a group's equations")  \

@@ -68,7 +68,7 @@ static inline kt_batch_work *kt_batch_work_of(const kt_batch *batch, size_t thre
 typedef struct kt_batch_group {
     size_t first; /* the number of lane 0 among all states */
     size_t used;
-    kt_lane_mask live;     /* lanes that are computed: those that have not failed */
+    kt_lane_mask active;   /* lanes that are computed: those that have not failed */
     const kt_model *model; /* model of a lane, equal in all lanes but for numbers; NULL: lanes are computed in turn */
     const double *q, *v, *x, *tau;
 } kt_batch_group;
@@ -117,14 +117,14 @@ kt_lane_mask kt_lanes_accelerate(const kt_lane_kernels *kernels, const kt_model 
 /* The kernels for the instruction set of a model; NULL: the model has loops that lanes do not support. */
 const kt_lane_kernels *kt_lane_kernels_of(const kt_model *model);
 
-/* Computes the accelerations of the live lanes of a group, of which lane l is at the time t[l], into w->result. Lanes
+/* Computes the accelerations of the active lanes of a group, of which lane l is at the time t[l], into w->result. Lanes
  * that fail are removed from group->live. */
 void kt_batch_accelerate(kt_batch_work *w, kt_batch_group *group, const double *t, kt_batch_fault *fault);
 
-/* Computes the joint forces of the live lanes by inverse dynamics of the tree, into w->result, likewise. */
+/* Computes the joint forces of the active lanes by inverse dynamics of the tree, into w->result, likewise. */
 void kt_batch_invert(kt_batch_work *w, kt_batch_group *group, kt_batch_fault *fault);
 
-/* Evaluates the sensors of the live lanes of a group (sense.c). The second call checks the sensors of a job. */
+/* Evaluates the sensors of the active lanes of a group (sense.c). The second call checks the sensors of a job. */
 void kt_batch_sense_group(kt_batch_work *w, kt_batch_group *group, const kt_batch_sensors *sensors,
                           kt_batch_fault *fault);
 kt_status kt_batch_check_sensors(const kt_batch *batch, const kt_batch_sensors *sensors, kt_error *error);

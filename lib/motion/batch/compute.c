@@ -9,12 +9,12 @@
 static void commit_lanes(const kt_batch_work *w, const kt_batch_group *group, double *all) {
     const size_t width = w->batch->n.width, nv = w->batch->n.nv;
     double *to = all + group->first * nv;
-    if (group->live == kt_lanes_first(width)) {
+    if (group->active == kt_lanes_first(width)) {
         kt_copy(to, w->result, width * nv * sizeof *to);
         return;
     }
     for (size_t lane = 0; lane < width; lane++)
-        for (size_t i = 0; i < nv && kt_lane_is_in(group->live, lane); i++)
+        for (size_t i = 0; i < nv && kt_lane_is_in(group->active, lane); i++)
             to[i * width + lane] = w->result[i * width + lane];
 }
 

@@ -171,7 +171,7 @@ static kt_lane_mask evaluate_members(kt_ensemble *e, const kt_model *model, doub
                                      double *slope) {
     const size_t q = e->n.width * e->n.nq, x = q + e->n.width * e->n.nv;
     const kt_lane_state at = {
-        .t = e->t, .q = e->stage, .v = e->stage + q, .x = e->stage + x, .tau = e->tau, .live = mask};
+        .t = e->t, .q = e->stage, .v = e->stage + q, .x = e->stage + x, .tau = e->tau, .active = mask};
     const kt_lane_work work = {.lanes = e->work, .total = e->total, .wrench = e->wrench, .a = slope + q};
     for (size_t i = 0; i < e->n.width; i++) {
         const kt_interval *in = &e->lane[i].attempt.plan.interval;
@@ -237,7 +237,7 @@ static void check_lane_try(const kt_ensemble *e, size_t number) {
     if (it->options.step > 0.0 || it->options.absolute_tolerances || it->counted != e->n.N)
         (void)kt_try_check(it, in, &l->tried);
     else
-        (void)kt_try_judge(
+        (void)kt_try_check_error(
             in, kt_explicit_error(in->h, e->norm[number], it->table->e_low != NULL, e->norm[e->n.width + number]),
             &l->tried);
 }

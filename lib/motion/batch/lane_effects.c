@@ -17,7 +17,7 @@ typedef struct sum {
     const kt_real1 *q, *v, *x;
     kt_real1 *tau;
     kt_external *applied;
-    kt_lane_mask live;
+    kt_lane_mask active;
     kt_real1 excess;    /* the sum of x - x over all forces: 0 if finite, otherwise NaN */
     kt_condition sound; /* lanes whose callbacks have returned 0 */
 } sum;
@@ -27,7 +27,7 @@ static const kt_effect_kind *lane_kind_of(int type) {
     return type == KT_EFFECT_CUSTOM || type == KT_EFFECT_EXPRESSION ? NULL : KT_EFFECT(kt_effect_kinds)[type];
 }
 
-static bool is_live(const sum *s, int lane) { return (s->live >> lane & 1U) != 0; }
+static bool is_active_lane(const sum *s, int lane) { return (s->active >> lane & 1U) != 0; }
 
 static kt_vec3 lane_of(kt_triple a, int lane) { return kt_vec3_make(a.x[lane], a.y[lane], a.z[lane]); }
 
@@ -75,7 +75,7 @@ static void wrench_lane_by_lane(sum *s, const kt_effect_record *effect, const kt
     for (int lane = 0; lane < KT_LANES; lane++) {
         kt_effect_end one[2];
         kt_wrench found[2];
-        if (!is_live(s, lane))
+        if (!is_active_lane(s, lane))
             continue;
         for (int k = 0; k < effect->ends; k++)
             one[k] = lane_end_of(&end[k], lane);
@@ -95,7 +95,7 @@ static kt_real1 force_lane_by_lane(sum *s, const kt_effect_record *effect, kt_re
     const bool formulas = read_lane_variables(s, effect, NULL, &in);
     for (int lane = 0; lane < KT_LANES; lane++) {
         double one = 0.0;
-        if (is_live(s, lane) &&
+        if (is_active_lane(s, lane) &&
             !(formulas ? kt_effect_alone_force(s->model, effect, in.of[lane], 0.0, 0.0, 0.0, &one)
                        : kt_effect_alone_force(s->model, effect, NULL, q[lane], v[lane], s->t[lane], &one)))
             s->sound[lane] = 0;
@@ -139,7 +139,7 @@ static sum begin_sum(const kt_model *model, kt_data *data, const kt_lane_state *
                  .q = (const void *)at->q,
                  .v = (const void *)at->v,
                  .x = (const void *)at->x,
-                 .live = at->live,
+                 .active = at->active,
                  .excess = kt_real1_splat(0.0),
                  .sound = kt_condition_true()};
 }

@@ -29,7 +29,7 @@ static void rate_auxiliary_states(kt_batch_work *w, kt_batch_group *group, const
     kt_error made;
     for (size_t lane = 0; lane < n->width; lane++) {
         const size_t state = group->first + lane;
-        if (!kt_lane_is_in(group->live, lane))
+        if (!kt_lane_is_in(group->active, lane))
             continue;
         kt_batch_take(w, group, lane);
         if (kt_auxiliary_state_rates_trusted(w->batch->own[state], w->data, t[lane], w->one_q, w->one_v, rates,
@@ -40,7 +40,7 @@ static void rate_auxiliary_states(kt_batch_work *w, kt_batch_group *group, const
     }
 }
 
-/* All stages of the live lanes; w->stage receives the state after the step, before loops are closed. */
+/* All stages of the active lanes; w->stage receives the state after the step, before loops are closed. */
 static void take_group_stages(kt_batch_work *w, kt_batch_group *group, double h, kt_batch_fault *fault) {
     const kt_batch *batch = w->batch;
     const kt_batch_counts *n = &batch->n;
@@ -52,7 +52,7 @@ static void take_group_stages(kt_batch_work *w, kt_batch_group *group, double h,
     at.q = w->stage;
     at.v = w->stage + nq;
     at.x = w->stage + moving;
-    for (size_t i = 0; i < n->stages && at.live; i++) {
+    for (size_t i = 0; i < n->stages && at.active; i++) {
         double *k = w->slope + i * N;
         for (size_t lane = 0; lane < n->width; lane++)
             t[lane] = kt_stage_time(m->c[i], batch->t[group->first + lane], h);
@@ -64,10 +64,10 @@ static void take_group_stages(kt_batch_work *w, kt_batch_group *group, double h,
             rate_auxiliary_states(w, &at, t, k + moving, fault);
     }
     kt_combine_rows(w->stage, y, h, m->b, n->stages, w->slope, N);
-    group->live = at.live;
+    group->active = at.active;
 }
 
-/* Takes a semi-implicit step of the live lanes. w->stage receives the state after the step, before loops are closed. */
+/* Takes a semi-implicit step of the active lanes. w->stage receives the state after the step, before loops are closed. */
 static void take_semi_implicit(kt_batch_work *w, kt_batch_group *group, double h, kt_batch_fault *fault) {
     const kt_batch *batch = w->batch;
     const kt_batch_counts *n = &batch->n;
@@ -124,7 +124,7 @@ static kt_lane_mask close_stage_loops(kt_batch_work *w, const kt_batch_group *gr
     kt_copy(moved, w->stage, N * sizeof *moved);
     for (size_t lane = 0; lane < n->width; lane++)
         t[lane] = batch->t[group->first + lane] + h;
-    const kt_lane_mask closed = batch->kernels->project(group->model, w->lanes, group->live, t, moved, v);
+    const kt_lane_mask closed = batch->kernels->project(group->model, w->lanes, group->active, t, moved, v);
     for (size_t lane = 0; lane < n->width; lane++)
         for (size_t i = 0; i < n->nq + n->nv && kt_lane_is_in(closed, lane); i++)
             w->stage[i * n->width + lane] = moved[i * n->width + lane];
@@ -143,31 +143,31 @@ static void finish_group_step(kt_batch_work *w, kt_batch_group *group, double h,
     else if (n->nq > n->nv && batch->kernels)
         closed &= batch->kernels->make_units(batch->model, w->lanes, w->stage);
     for (size_t lane = 0; lane < n->width; lane++)
-        if (kt_lane_is_in(group->live & ~closed, lane))
+        if (kt_lane_is_in(group->active & ~closed, lane))
             close_alone(w, group, lane, h, fault);
-    if (group->live == kt_lanes_first(n->width))
+    if (group->active == kt_lanes_first(n->width))
         kt_copy(y, w->stage, n->width * N * sizeof *y);
     for (size_t lane = 0; lane < n->width; lane++) {
-        if (!kt_lane_is_in(group->live, lane))
+        if (!kt_lane_is_in(group->active, lane))
             continue;
         batch->t[group->first + lane] += h;
-        for (size_t i = 0; i < N && group->live != kt_lanes_first(n->width); i++)
+        for (size_t i = 0; i < N && group->active != kt_lanes_first(n->width); i++)
             y[i * n->width + lane] = w->stage[i * n->width + lane];
     }
 }
 
-/* Sets the joint forces of the live lanes for a step, at which a sample begins. */
+/* Sets the joint forces of the active lanes for a step, at which a sample begins. */
 static void put_sample(kt_batch *batch, const kt_batch_group *group, const kt_batch_inputs *inputs, int step) {
     const size_t width = batch->n.width, nv = batch->n.nv, samples = (size_t)inputs->samples;
     const size_t sample = (size_t)(step / inputs->hold);
     double *tau = batch->tau + group->first * nv;
     for (size_t lane = 0; lane < group->used && sample < samples && step % inputs->hold == 0; lane++)
-        if (kt_lane_is_in(group->live, lane))
+        if (kt_lane_is_in(group->active, lane))
             kt_lane_put(inputs->torque + ((group->first + lane) * samples + sample) * nv, width, lane, nv, tau);
 }
 
 void kt_batch_advance(kt_batch_work *w, kt_batch_group *group, const kt_batch_job *job, kt_batch_fault *fault) {
-    for (int i = 0; i < job->steps && group->live; i++) {
+    for (int i = 0; i < job->steps && group->active; i++) {
         if (job->inputs)
             put_sample(w->batch, group, job->inputs, i);
         if (job->task == KT_BATCH_SEMI_IMPLICIT_STEP)

@@ -45,7 +45,7 @@ kt_batch_group kt_batch_group_of(kt_batch_work *w, size_t group) {
     return (kt_batch_group){.first = first,
                             .model = put_models(w, batch->own + first, used),
                             .used = used,
-                            .live = kt_lanes_first(used),
+                            .active = kt_lanes_first(used),
                             .q = y,
                             .v = y + n->width * n->nq,
                             .x = y + n->width * (n->nq + n->nv),
@@ -54,7 +54,7 @@ kt_batch_group kt_batch_group_of(kt_batch_work *w, size_t group) {
 
 void kt_batch_fail(kt_batch_work *w, kt_batch_group *group, size_t lane, const kt_error *made, kt_batch_fault *fault) {
     const size_t state = group->first + lane;
-    group->live &= ~((kt_lane_mask)1 << lane);
+    group->active &= ~((kt_lane_mask)1 << lane);
     w->batch->status[state] = (uint8_t)made->code;
     w->failed++;
     if (fault->status != KT_OK && fault->state < state)
@@ -96,7 +96,7 @@ kt_lane_mask kt_lanes_accelerate(const kt_lane_kernels *kernels, const kt_model 
     double *wrench = model->n.force_link > 0 ? work->wrench : NULL;
     kt_lane_state loaded = *at;
     if (model->n.effect == 0 && model->n.x == 0)
-        return at->live & kernels->forward(model, work->lanes, at, wrench, work->a);
+        return at->active & kernels->forward(model, work->lanes, at, wrench, work->a);
     loaded.tau = work->total;
     const kt_lane_mask done = kernels->effects(model, work->lanes, at, work->total, wrench);
     return done & kernels->forward(model, work->lanes, &loaded, wrench, work->a);
@@ -106,7 +106,7 @@ kt_lane_mask kt_lanes_accelerate(const kt_lane_kernels *kernels, const kt_model 
 static void reject_open_contacts(kt_batch_work *w, kt_batch_group *group, const double *t, kt_batch_fault *fault) {
     kt_error made;
     for (size_t lane = 0; lane < w->batch->n.width; lane++) {
-        if (!kt_lane_is_in(group->live, lane))
+        if (!kt_lane_is_in(group->active, lane))
             continue;
         kt_batch_take(w, group, lane);
         const kt_dynamic_state at = {.t = t[lane], .q = w->one_q, .v = w->one_v};
@@ -120,7 +120,7 @@ void kt_batch_accelerate(kt_batch_work *w, kt_batch_group *group, const double *
     if (batch->model->variants != NULL)
         reject_open_contacts(w, group, t, fault);
     const kt_lane_state at = {
-        .t = t, .q = group->q, .v = group->v, .x = group->x, .tau = group->tau, .live = group->live};
+        .t = t, .q = group->q, .v = group->v, .x = group->x, .tau = group->tau, .active = group->active};
     const kt_lane_work work = {.lanes = w->lanes, .total = w->total, .wrench = w->wrench, .a = w->result};
     kt_lane_mask done = 0;
     if (batch->kernels && group->model && kt_lanes_fit_model(group->model))
@@ -128,7 +128,7 @@ void kt_batch_accelerate(kt_batch_work *w, kt_batch_group *group, const double *
     for (size_t lane = 0; lane < batch->n.width; lane++) {
         if (kt_lane_is_in(done, lane))
             w->in_lanes++;
-        else if (kt_lane_is_in(group->live, lane))
+        else if (kt_lane_is_in(group->active, lane))
             accelerate_alone(w, group, lane, t[lane], fault);
     }
 }
@@ -152,7 +152,7 @@ void kt_batch_invert(kt_batch_work *w, kt_batch_group *group, kt_batch_fault *fa
     const double *a = batch->a + group->first * batch->n.nv;
     kt_lane_mask done = 0;
     if (batch->kernels && group->model)
-        done = group->live & batch->kernels->inverse(group->model, w->lanes, group->q, group->v, a, NULL, w->result);
+        done = group->active & batch->kernels->inverse(group->model, w->lanes, group->q, group->v, a, NULL, w->result);
     for (size_t lane = 0; lane < group->used; lane++) {
         if (kt_lane_is_in(done, lane))
             w->in_lanes++;

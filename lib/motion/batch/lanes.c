@@ -121,22 +121,22 @@ static kt_lane_mask lanes_forward(const kt_model *model, void *work, const kt_la
     return finite_lanes(data->sound, as, model->n.v);
 }
 
-static kt_lane_mask lanes_project(const kt_model *model, void *work, kt_lane_mask live, const double *t, double *q,
+static kt_lane_mask lanes_project(const kt_model *model, void *work, kt_lane_mask active, const double *t, double *q,
                                   double *v) {
     const kt_real1 time = *(const kt_real1 *)(const void *)t;
     kt_condition lanes = kt_condition_false();
     for (int lane = 0; lane < KT_LANES; lane++)
-        lanes[lane] = (live >> lane & 1U) ? -1 : 0;
+        lanes[lane] = (active >> lane & 1U) ? -1 : 0;
     return kt_mask_of(KT_KERNEL(kt_project)(lane_model_of(model, work), work, lanes, time, (void *)q, (void *)v));
 }
 
 static kt_lane_mask effects(const kt_model *model, void *work, const kt_lane_state *at, double *tau, double *external) {
-    return at->live &
+    return at->active &
            kt_mask_of(KT_KERNEL(kt_effects_sum)(lane_model_of(model, work), work, at, (void *)tau, (void *)external));
 }
 
 static kt_lane_mask own_rates(const kt_model *model, void *work, const kt_lane_state *at, double *rates) {
-    return at->live & kt_mask_of(KT_KERNEL(kt_own_rates)(lane_model_of(model, work), work, at, (void *)rates));
+    return at->active & kt_mask_of(KT_KERNEL(kt_own_rates)(lane_model_of(model, work), work, at, (void *)rates));
 }
 
 static kt_lane_mask lanes_inverse(const kt_model *model, void *work, const double *q, const double *v, const double *a,
@@ -198,7 +198,8 @@ static kt_lane_mask make_units(const kt_model *model, void *work, double *q) {
 
 static kt_lane_mask adjoint(const kt_model *model, void *work, void *memory, const kt_lane_state *at, const double *a,
                             double *gradient) {
-    return at->live & kt_mask_of(KT_KERNEL(kt_tree_adjoint)(lane_model_of(model, work), work, memory, at, a, gradient));
+    return at->active &
+           kt_mask_of(KT_KERNEL(kt_tree_adjoint)(lane_model_of(model, work), work, memory, at, a, gradient));
 }
 
 static void drop_transposed(const kt_model *model, void *work, const double *q, const double *by_xi, double *by_q) {

@@ -20,10 +20,10 @@ typedef uint32_t kt_lane_mask;
 enum { KT_LANES_MOST = 8 };
 
 /* A group of states: times, positions, velocities, auxiliary states (if there are some) and joint forces. The lanes in
- * `live` are computed. */
+ * `active` are computed. */
 typedef struct kt_lane_state {
     const double *t, *q, *v, *x, *tau;
-    kt_lane_mask live;
+    kt_lane_mask active;
 } kt_lane_state;
 
 /* The data that scale errors: the states at both ends of a step, and the tolerances of each lane. */
@@ -63,9 +63,9 @@ typedef struct kt_lane_kernels {
     kt_lane_mask (*forward)(const kt_model *model, void *work, const kt_lane_state *at, const double *external,
                             double *a);
     /* Effects: writes the joint forces with those of effects to tau, and their wrenches on bodies (as external above;
-     * NULL if no link carries forces). Returns the live lanes whose forces are finite. */
+     * NULL if no link carries forces). Returns the active lanes whose forces are finite. */
     kt_lane_mask (*effects)(const kt_model *model, void *work, const kt_lane_state *at, double *tau, double *external);
-    /* After `effects` in the same state, computes the rates of auxiliary states. Returns the live lanes whose rates are
+    /* After `effects` in the same state, computes the rates of auxiliary states. Returns the active lanes whose rates are
      * finite. */
     kt_lane_mask (*own_rates)(const kt_model *model, void *work, const kt_lane_state *at, double *rates);
     /* Inverse dynamics of the tree: tau. Returns the lanes whose forces are finite. */
@@ -83,9 +83,9 @@ typedef struct kt_lane_kernels {
      * `zero` has as many zeros as there are velocities. Returns the lanes whose motion is finite. */
     kt_lane_mask (*energy)(const kt_model *model, void *work, const double *q, const double *v, const double *zero,
                            double *kinetic, double *potential);
-    /* Closes the loops of the live lanes, as kt_state_project, at times, positions and velocities. Returns the lanes
+    /* Closes the loops of the active lanes, as kt_state_project, at times, positions and velocities. Returns the lanes
      * that are closed. The numbers of other lanes are undefined. */
-    kt_lane_mask (*project)(const kt_model *model, void *work, kt_lane_mask live, const double *t, double *q,
+    kt_lane_mask (*project)(const kt_model *model, void *work, kt_lane_mask active, const double *t, double *q,
                             double *v);
     /* Writes the rates of positions: the velocities, except for quaternions. */
     void (*rate)(const kt_model *model, void *work, const double *q, const double *v, double *out);

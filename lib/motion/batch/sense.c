@@ -108,7 +108,7 @@ static kt_lane_mask move_lane_links(kt_batch_work *w, const kt_batch_group *grou
     const kt_batch_counts *n = &w->batch->n;
     if (!kernels || !group->model)
         return 0;
-    return group->live & kernels->finite(group->q, n->nq + n->nv) & kernels->finite(a, n->nv) &
+    return group->active & kernels->finite(group->q, n->nq + n->nv) & kernels->finite(a, n->nv) &
            kernels->kinematics(group->model, w->lanes, group->q, group->v, a);
 }
 

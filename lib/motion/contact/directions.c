@@ -414,7 +414,7 @@ static void end_holds(kt_simulation *simulation) {
         if (!(*held > -HUGE_VAL) || t < *held)
             continue;
         *held = -HUGE_VAL;
-        kt_simulation_note_jump(simulation);
+        kt_simulation_mark_jump(simulation);
     }
 }
 

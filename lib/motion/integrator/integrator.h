@@ -295,7 +295,7 @@ kt_status kt_try_report(const kt_integrator *it, const kt_try *result, const cha
  * result->error. */
 kt_try_result kt_try_check(kt_integrator *it, const kt_interval *interval, kt_try *result);
 /* The last part of kt_try_check, for an adaptive step whose error estimate is given. */
-kt_try_result kt_try_judge(const kt_interval *interval, double error, kt_try *result);
+kt_try_result kt_try_check_error(const kt_interval *interval, double error, kt_try *result);
 
 /* A step that will be tried. */
 typedef struct kt_plan_of_try {

@@ -143,7 +143,7 @@ static kt_try_result evaluate_stages(kt_integrator *it, const kt_interval *in, k
 }
 
 /* Records |h / gamma (f - k)| of all stages. With fixed steps the iteration continues to rounding anyway. */
-static void note_residuals(kt_integrator *it, double h) {
+static void store_residuals(kt_integrator *it, double h) {
     const size_t n = it->sizes.n;
     const kt_newton_work *w = kt_newton_of(it);
     const double *z = kt_newton_row(it, ROW_Z), part = h / gamma_real;
@@ -185,7 +185,7 @@ static kt_try_result correct_radau_stages(kt_integrator *it, const kt_interval *
     double *w = kt_newton_row(it, ROW_W), *const *k = it->k + SLOT_FIRST;
     if (evaluate_stages(it, in, result) != KT_TRY_PASSED)
         return result->result;
-    note_residuals(it, in->h);
+    store_residuals(it, in->h);
     form_residuals(it, in->h);
     if (kt_newton_solve(it, real, k[0], NULL, result) != KT_TRY_PASSED ||
         kt_newton_solve(it, pair, k[1], k[2], result) != KT_TRY_PASSED)

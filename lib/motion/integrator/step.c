@@ -84,10 +84,10 @@ kt_try_result kt_try_check(kt_integrator *it, const kt_interval *in, kt_try *res
     }
     if (it->options.step > 0.0)
         return KT_TRY_PASSED;
-    return kt_try_judge(in, it->family->error(it, in->h), result);
+    return kt_try_check_error(in, it->family->error(it, in->h), result);
 }
 
-kt_try_result kt_try_judge(const kt_interval *in, double error, kt_try *result) {
+kt_try_result kt_try_check_error(const kt_interval *in, double error, kt_try *result) {
     assert(!(error < 0.0));
     result->error = error;
     if (error <= 1.0) /* false for an estimate that overflowed */

@@ -114,7 +114,7 @@ static void form_change_column(kt_step_work *w, kt_coupled c, const column *k, c
 }
 
 /* Copies dK of a column from the solution. If positions are plain numbers, adds dV. */
-static void keep_column(kt_step_work *w, kt_coupled c, const column *k) {
+static void store_column(kt_step_work *w, kt_coupled c, const column *k) {
     const size_t e = kt_rate_numbers(w->model), rates = w->unknowns - e;
     for (size_t i = c.first; i < c.end; i++) {
         const double *x = w->correction + (i - c.first) * w->unknowns;
@@ -147,7 +147,7 @@ static void solve_lanes(kt_step_work *w, kt_coupled c, size_t columns, size_t fi
         const column k = change_column_of(w, columns, j);
         for (size_t l = 0; l < u; l++)
             w->correction[l] = w->lanes[l][j - first];
-        keep_column(w, c, &k);
+        store_column(w, c, &k);
     }
 }
 

@@ -86,9 +86,9 @@ static kt_status call_rollout_cost(rollout_work *w, int k, const double *state, 
 
 /* Advances from the state at the start of step k to the start of step k + 1, in place. Adds the cost of step k at the
  * first pass. */
-static kt_status advance_rollout(void *user, int k, int keep, double *state, kt_error *error) {
+static kt_status advance_rollout(void *user, int k, int checkpoint, double *state, kt_error *error) {
     rollout_work *w = user;
-    const size_t nq = w->model->n.q, N = kt_state_numbers(w->model), at = keep < 0 ? 0 : (size_t)keep;
+    const size_t nq = w->model->n.q, N = kt_state_numbers(w->model), at = checkpoint < 0 ? 0 : (size_t)checkpoint;
     const kt_step step = rollout_step_at(w, k, state);
     kt_step_work s;
     kt_status status = KT_OK;
@@ -105,8 +105,8 @@ static kt_status advance_rollout(void *user, int k, int keep, double *state, kt_
         status = kt_adjoint_run(&s, state, state + nq, error);
     if (status != KT_OK)
         return status;
-    if (keep >= 0)
-        kt_adjoint_keep(&s, w->slope + at * s.stages * kt_step_kept(w->model, step.method), w->next + at * N,
+    if (checkpoint >= 0)
+        kt_adjoint_save(&s, w->slope + at * s.stages * kt_step_kept(w->model, step.method), w->next + at * N,
                         &w->iterations[at]);
     memcpy(state, s.next, N * sizeof *state);
     return KT_OK;
@@ -114,17 +114,17 @@ static kt_status advance_rollout(void *user, int k, int keep, double *state, kt_
 
 /* Turns the gradient with respect to the state after step k into the gradient before the step, including the cost of
  * step k. */
-static kt_status reverse_rollout(void *user, int k, int kept, const double *state, kt_error *error) {
+static kt_status reverse_rollout(void *user, int k, int checkpoint, const double *state, kt_error *error) {
     rollout_work *w = user;
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, changes = kt_tangent_numbers(model), N = kt_state_numbers(model);
-    const size_t at = kept < 0 ? 0 : (size_t)kept;
+    const size_t at = checkpoint < 0 ? 0 : (size_t)checkpoint;
     const kt_step step = rollout_step_at(w, k, state);
     double value;
     kt_step_work s;
     kt_status status =
         kt_step_begin(&s, model, w->data, w->step_work, kt_step_work_size(model, step.method), &step, error);
-    if (status == KT_OK && kept >= 0)
+    if (status == KT_OK && checkpoint >= 0)
         status = kt_adjoint_recall(&s, state, state + nq, w->slope + at * s.stages * kt_step_kept(model, step.method),
                                    w->next + at * N, w->iterations[at], error);
     else if (status == KT_OK)

@@ -57,8 +57,8 @@ typedef struct lanes_work {
     kt_rollout_task *tasks; /* `used` of them */
     size_t used;
     kt_cost *cost;
-    kt_lane_mask live; /* lanes that have been computed so far */
-    int reached;       /* steps whose cost is in the values */
+    kt_lane_mask active; /* lanes that have been computed so far */
+    int reached;         /* steps whose cost is in the values */
     KT_ARENA_DECLARE(KT_ROLLOUT_LANE_FIELDS)
 } lanes_work;
 
@@ -133,10 +133,10 @@ static bool tasks_fit(const kt_model *model, const kt_rollout_task *tasks, size_
 
 /* ---- steps ------------------------------------------------------------------------------------------------------- */
 
-static void fail_lane(lanes_work *w, size_t lane) { w->live &= ~((kt_lane_mask)1 << lane); }
+static void fail_lane(lanes_work *w, size_t lane) { w->active &= ~((kt_lane_mask)1 << lane); }
 
 /* The status of a run without remaining lanes: its error is not read. */
-static kt_status status_of_lanes(const lanes_work *w) { return w->live ? KT_OK : KT_ERROR_NOT_FINITE; }
+static kt_status status_of_lanes(const lanes_work *w) { return w->active ? KT_OK : KT_ERROR_NOT_FINITE; }
 
 /* Computes out = y + h sum_j weight_j k_j for all lanes, as kt_combine_rows. */
 static void combine_lane_slopes(lanes_work *w, const double *y, const double *weights, size_t count, double *out) {
@@ -154,7 +154,7 @@ static kt_lane_state set_stage(lanes_work *w, size_t i, const double *y) {
     w->kernels->rate(w->model, w->lanes, q, v, w->slope + at);
     for (size_t lane = 0; lane < W; lane++)
         w->t[lane] = kt_stage_time(w->method->c[i], w->start[lane], w->h[lane]);
-    return (kt_lane_state){.t = w->t, .q = q, .v = v, .tau = w->tau, .live = w->live};
+    return (kt_lane_state){.t = w->t, .q = q, .v = v, .tau = w->tau, .active = w->active};
 }
 
 static double *accelerations(const lanes_work *w, size_t i) { return w->slope + w->n.W * (i * w->n.N + w->n.nq); }
@@ -175,17 +175,17 @@ static void run_step(lanes_work *w, int k, const double *state) {
     for (size_t i = 0; i < w->n.s; i++) {
         const kt_lane_state at = set_stage(w, i, state);
         const kt_lane_work work = {.lanes = w->lanes, .total = w->total, .wrench = w->wrench, .a = accelerations(w, i)};
-        w->live &= kt_lanes_accelerate(w->kernels, w->model, &at, &work);
+        w->active &= kt_lanes_accelerate(w->kernels, w->model, &at, &work);
     }
     combine_lane_slopes(w, state, w->method->b, w->n.s, w->raw);
     kt_copy(w->next, w->raw, w->n.W * w->n.N * sizeof *w->raw);
-    w->live &= w->kernels->finite(w->next, w->n.nq + w->n.n);
+    w->active &= w->kernels->finite(w->next, w->n.nq + w->n.n);
     if (w->n.nq > w->n.n)
-        w->live &= w->kernels->make_units(w->model, w->lanes, w->next);
+        w->active &= w->kernels->make_units(w->model, w->lanes, w->next);
 }
 
-/* kt_adjoint_keep, at a checkpoint, followed by kt_adjoint_recall from this checkpoint. */
-static void keep_lane_states(lanes_work *w, size_t index) {
+/* kt_adjoint_save, at a checkpoint, followed by kt_adjoint_recall from this checkpoint. */
+static void save_lane_states(lanes_work *w, size_t index) {
     const size_t one = w->n.W * w->n.n, N = w->n.W * w->n.N;
     for (size_t i = 0; i < w->n.s; i++)
         memcpy(w->kept + (index * w->n.s + i) * one, accelerations(w, i), one * sizeof *w->kept);
@@ -219,18 +219,18 @@ static double call_lane_cost(lanes_work *w, size_t lane, int k, const double *st
     return value;
 }
 
-static kt_status advance_lanes(void *user, int k, int keep, double *state, kt_error *error) {
+static kt_status advance_lanes(void *user, int k, int checkpoint, double *state, kt_error *error) {
     lanes_work *w = user;
     (void)error;
     if (k == w->reached) {
         for (size_t lane = 0; lane < w->used; lane++)
-            if (kt_lane_is_in(w->live, lane))
+            if (kt_lane_is_in(w->active, lane))
                 w->value[lane] += call_lane_cost(w, lane, k, state, NULL);
         w->reached++;
     }
     run_step(w, k, state);
-    if (keep >= 0)
-        keep_lane_states(w, (size_t)keep);
+    if (checkpoint >= 0)
+        save_lane_states(w, (size_t)checkpoint);
     memcpy(state, w->next, w->n.W * w->n.N * sizeof *state);
     return status_of_lanes(w);
 }
@@ -241,10 +241,10 @@ static kt_status advance_lanes(void *user, int k, int keep, double *state, kt_er
 static void pull_lane_stage(lanes_work *w, size_t i) {
     const size_t W = w->n.W, nq = W * w->n.nq, n = W * w->n.n, all = nq + n;
     const double *q = w->stage + i * all, *v = q + nq;
-    const kt_lane_state at = {.t = w->t, .q = q, .v = v, .live = w->live};
+    const kt_lane_state at = {.t = w->t, .q = q, .v = v, .active = w->active};
     double *by_q = w->by_stage + i * all, *by_v = by_q + nq;
     memcpy(w->tangent + 2 * n, w->by_slope + nq, n * sizeof *w->tangent);
-    w->live &= w->kernels->adjoint(w->model, w->lanes, w->adjoint, &at, accelerations(w, i), w->tangent);
+    w->active &= w->kernels->adjoint(w->model, w->lanes, w->adjoint, &at, accelerations(w, i), w->tangent);
     for (size_t lane = 0; lane < w->used && w->model->n.effect > 0; lane++) {
         const double t = kt_stage_time(w->method->c[i], w->start[lane], w->h[lane]);
         kt_joint_effects_add(w->model, t, W, q + lane, v + lane, w->tangent + 2 * n + lane, w->tangent + lane,
@@ -276,7 +276,7 @@ static void sweep_lanes(lanes_work *w, const double *state) {
     }
     w->kernels->lift_transposed(w->model, w->lanes, state, w->by_start, w->by_next);
     memcpy(w->by_next + n, w->by_start + nq, n * sizeof *w->by_next);
-    w->live &= w->kernels->finite(w->by_next, 2 * w->n.n) & w->kernels->finite(w->by_force, w->n.n);
+    w->active &= w->kernels->finite(w->by_next, 2 * w->n.n) & w->kernels->finite(w->by_force, w->n.n);
 }
 
 /* Adds the cost at the start of step k to the gradient of all later steps. */
@@ -284,7 +284,7 @@ static void add_cost(lanes_work *w, int k, const double *state) {
     const size_t W = w->n.W, n = w->n.n;
     double *by = w->one + w->n.N;
     for (size_t lane = 0; lane < w->used; lane++) {
-        if (!kt_lane_is_in(w->live, lane))
+        if (!kt_lane_is_in(w->active, lane))
             continue;
         const double value = call_lane_cost(w, lane, k, state, by);
         double *inputs = w->inputs + (lane * w->n.steps + (size_t)k) * n;
@@ -300,18 +300,18 @@ static void add_cost(lanes_work *w, int k, const double *state) {
 static void add_last_cost(lanes_work *w) {
     double *by = w->one + w->n.N;
     for (size_t lane = 0; lane < w->used; lane++) {
-        if (!kt_lane_is_in(w->live, lane))
+        if (!kt_lane_is_in(w->active, lane))
             continue;
         w->value[lane] += call_lane_cost(w, lane, (int)w->n.steps, w->next, by);
         kt_lane_put(by, w->n.W, lane, 2 * w->n.n, w->by_next);
     }
 }
 
-static kt_status reverse_lanes(void *user, int k, int kept, const double *state, kt_error *error) {
+static kt_status reverse_lanes(void *user, int k, int checkpoint, const double *state, kt_error *error) {
     lanes_work *w = user;
     (void)error;
-    if (kept >= 0)
-        recall(w, k, (size_t)kept, state);
+    if (checkpoint >= 0)
+        recall(w, k, (size_t)checkpoint, state);
     else
         run_step(w, k, state);
     if (k == (int)w->n.steps - 1)
@@ -331,7 +331,7 @@ static kt_lane_mask run_lanes(lanes_work *w, const kt_model *model, kt_rollout_t
     w->n = counts_of(w->model, r);
     w->kernels = w->n.kernels;
     w->method = r->method;
-    w->live = kt_lanes_first(used);
+    w->active = kt_lanes_first(used);
     (void)place_arrays(w, memory, &w->n);
     (void)w->kernels->layout(w->model, w->lanes);
     (void)w->kernels->adjoint_layout(w->model, w->adjoint);
@@ -349,7 +349,7 @@ static kt_lane_mask run_lanes(lanes_work *w, const kt_model *model, kt_rollout_t
     memset(w->by_next, 0, W * 2 * w->n.n * sizeof *w->by_next);
     memset(w->value, 0, W * sizeof *w->value);
     kt_revolve checkpoints = kt_revolve_of(r, W * w->n.N, w->state, w->here, w->index, w->taken);
-    return kt_revolve_run(&checkpoints, advance_lanes, reverse_lanes, w, NULL) == KT_OK ? w->live : 0;
+    return kt_revolve_run(&checkpoints, advance_lanes, reverse_lanes, w, NULL) == KT_OK ? w->active : 0;
 }
 
 /* The results of a lane. */

@@ -436,7 +436,7 @@ KT_CHECKED kt_status kt_adjoint_sweep(kt_step_work *w, kt_error *error);
 /* Saves the results of kt_adjoint_run: the kept part of all slopes (stages x kt_step_kept), the state after the step,
  * and the iterations of its projection. The function kt_adjoint_recall restores the results of kt_adjoint_run from
  * these. */
-void kt_adjoint_keep(const kt_step_work *w, double *slopes, double *next, uint32_t *iterations);
+void kt_adjoint_save(const kt_step_work *w, double *slopes, double *next, uint32_t *iterations);
 KT_CHECKED kt_status kt_adjoint_recall(kt_step_work *w, const double *q, const double *v, const double *slopes,
                                        const double *next, uint32_t iterations, kt_error *error);
 
@@ -475,10 +475,10 @@ typedef struct kt_revolve {
 } kt_revolve;
 
 /* The callback `advance` replaces the state at the start of step k by the state at the start of step k + 1. Unless
- * `keep` is -1, the callback saves the results of the step with the checkpoint `keep`. The callback `reverse` is the
- * adjoint of step k. The results of this step were saved with the checkpoint `kept`, or not at all (-1). */
-typedef kt_status kt_revolve_advance(void *user, int k, int keep, double *state, kt_error *error);
-typedef kt_status kt_revolve_reverse(void *user, int k, int kept, const double *state, kt_error *error);
+ * `checkpoint` is -1, the callback saves the results of the step with this checkpoint. The callback `reverse` is the
+ * adjoint of step k. The results of this step were saved with a checkpoint, or not at all (-1). */
+typedef kt_status kt_revolve_advance(void *user, int k, int checkpoint, double *state, kt_error *error);
+typedef kt_status kt_revolve_reverse(void *user, int k, int checkpoint, const double *state, kt_error *error);
 
 /* Reverses all steps; the first checkpoint is at the start of the motion. */
 KT_CHECKED kt_status kt_revolve_run(kt_revolve *r, kt_revolve_advance *advance, kt_revolve_reverse *reverse, void *user,

@@ -36,7 +36,7 @@ kt_status kt_adjoint_run(kt_step_work *w, const double *q, const double *v, kt_e
     return kt_step_close(w->model, w->data, w->step, w->next, w->next + nq, error);
 }
 
-void kt_adjoint_keep(const kt_step_work *w, double *slopes, double *next, uint32_t *iterations) {
+void kt_adjoint_save(const kt_step_work *w, double *slopes, double *next, uint32_t *iterations) {
     const size_t N = kt_state_numbers(w->model), kept = kt_step_kept(w->model, w->step->method);
     for (size_t i = 0; i < w->stages; i++)
         memcpy(slopes + i * kept, w->slope + (i + 1) * N - kept, kept * sizeof *slopes);

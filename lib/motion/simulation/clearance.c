@@ -43,7 +43,8 @@ KT_BY_ITSELF bool is_near(const kt_simulation *simulation, double d0, double d1,
 
 /* Stores the distance and speed of effect k. Returns whether a step may have reached the boundary, judged by twice the
  * larger of the speeds at the ends of the step. */
-KT_INLINE bool note(const kt_simulation *simulation, size_t k, double twice_h, double distance, double speed) {
+KT_INLINE bool store_clearance(const kt_simulation *simulation, size_t k, double twice_h, double distance,
+                               double speed) {
     const double *begin = &simulation->gaps->clearance_begin[k];
     double *end = &simulation->gaps->clearance_end[k];
     const size_t count = simulation->size.gap;
@@ -71,7 +72,7 @@ KT_INLINE kt_v2 least_of(kt_v2 a, kt_v2 b) {
 KT_BY_ITSELF bool measure_stop(const kt_simulation *simulation, size_t k, double twice_h) {
     const kt_gap_source *source = &simulation->gaps->source[k];
     const double *q = positions(simulation) + source->q, *v = velocities(simulation) + source->v;
-    return note(simulation, k, twice_h, kt_stop_distance(source->effect, *q), fabs(*v));
+    return store_clearance(simulation, k, twice_h, kt_stop_distance(source->effect, *q), fabs(*v));
 }
 
 KT_BY_ITSELF bool reaches_some(const kt_simulation *simulation, size_t first, size_t end, double h) {
@@ -114,7 +115,7 @@ static bool measure_heights(kt_simulation *simulation, size_t first, size_t end,
         const kt_gap_source *source = &simulation->gaps->source[k];
         const kt_vec3 n = source->effect->frame[1].rotation.z;
         const double *u = v + source->v, distance = kt_gap_height(source, q) - source->effect->radius;
-        if (note(simulation, k, twice_h, distance, fabs(n.x * u[0] + n.y * u[1] + n.z * u[2])))
+        if (store_clearance(simulation, k, twice_h, distance, fabs(n.x * u[0] + n.y * u[1] + n.z * u[2])))
             reached = true;
     }
     return reached;
@@ -135,7 +136,7 @@ static bool measure_points(kt_simulation *simulation, size_t first, size_t end, 
     for (size_t k = first; k < end; k++) {
         const kt_effect_record *effect = simulation->gaps->source[k].effect;
         const kt_vec3 p = effect->frame[0].position;
-        if (note(simulation, k, twice_h, height + (x * p.x + y * p.y + z * p.z) - effect->radius, speed))
+        if (store_clearance(simulation, k, twice_h, height + (x * p.x + y * p.y + z * p.z) - effect->radius, speed))
             reached = true;
     }
     return reached;
@@ -158,7 +159,7 @@ static bool measure_ends(kt_simulation *simulation, size_t first, size_t end, do
         }
         u -= kt_v4_cross(b->link.omega, from_link);
         const double height = kt_v4_dot(n, from_link) - source->offset - effect->radius;
-        if (note(simulation, k, twice_h, height, sqrt(kt_v4_dot(u, u))))
+        if (store_clearance(simulation, k, twice_h, height, sqrt(kt_v4_dot(u, u))))
             reached = true;
     }
     return reached;
@@ -171,7 +172,7 @@ static bool measure_others(kt_simulation *simulation, size_t first, size_t end, 
         kt_gap gap;
         kt_gaps_evaluate(simulation->model, simulation->data, &simulation->gaps->source[k], 1, positions(simulation),
                          velocities(simulation), true, &gap);
-        if (note(simulation, k, twice_h, gap.distance, kt_vec3_norm(gap.velocity)))
+        if (store_clearance(simulation, k, twice_h, gap.distance, kt_vec3_norm(gap.velocity)))
             reached = true;
     }
     return reached;

@@ -401,7 +401,7 @@ static kt_status reject_event_step(kt_simulation *simulation, kt_step_progress *
             kt_event_evaluate_all(simulation, t1, kt_integrator_state(simulation->integrator),
                                   simulation->events.value + (KT_EVENT_SAMPLES - 1) * simulation->size.event, error);
     if (status != KT_OK) {
-        kt_simulation_note_cause(simulation, error);
+        kt_simulation_store_cause(simulation, error);
         kt_integrator_retreat(simulation->integrator, t1 - t0);
         return status;
     }

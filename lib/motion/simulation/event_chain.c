@@ -122,7 +122,7 @@ kt_status kt_simulation_count_miss(kt_simulation *simulation, bool missed, size_
 
 /* ---- a step ------------------------------------------------------------------------------------------------------ */
 
-void kt_simulation_note_cause(kt_simulation *simulation, const kt_error *error) {
+void kt_simulation_store_cause(kt_simulation *simulation, const kt_error *error) {
     if (error->code != KT_ERROR_CALLBACK || simulation->cause.code == KT_OK)
         simulation->cause = *error;
     simulation->ahead = true;

@@ -90,7 +90,7 @@ int kt_simulation_body_of(const kt_simulation *simulation, size_t at);
 /* Parts of the search of events (event_chain.c). The first function stores the error of an event, unless the cause of a
  * failed evaluation is known. The second function returns whether a contact changes its side within the last step, but
  * not at the instant that is due. */
-void kt_simulation_note_cause(kt_simulation *simulation, const kt_error *error);
+void kt_simulation_store_cause(kt_simulation *simulation, const kt_error *error);
 bool kt_simulation_skips_contact(const kt_simulation *simulation);
 /* Whether slip of contact k rests at the end of the last step, up to its rest velocity. */
 bool kt_simulation_ends_slip(const kt_simulation *simulation, size_t k);

@@ -41,7 +41,7 @@ static void evaluate_work_watch(kt_simulation *simulation, double at) {
     kt_power power;
     kt_error ignored; /* the next step reports it */
     if (kt_simulation_power(simulation, at, simulation->integrator->y, &power, &ignored) == 0)
-        kt_simulation_note_power(simulation, power);
+        kt_simulation_add_power_point(simulation, power);
 }
 
 /* Notes the power at the end of a step. */
@@ -52,7 +52,7 @@ static void end_powers(kt_simulation *simulation) {
     const bool jumps = simulation->breakpoints.any && t == simulation->breakpoints.end;
     simulation->works.end_slope = NULL;
     if (slope != NULL && slope == evaluated)
-        kt_simulation_note_power(simulation, simulation->works.end_power);
+        kt_simulation_add_power_point(simulation, simulation->works.end_power);
     else if (slope != NULL || jumps) /* else the first evaluation of the next step is at this state */
         evaluate_work_watch(simulation, jumps ? simulation->breakpoints.before : t);
 }

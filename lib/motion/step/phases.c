@@ -52,7 +52,7 @@ void kt_parts_list(kt_simulation *simulation) {
         /* cppcheck-suppress AssignmentAddressToInteger ; both sides are pointers to the hook of a phase */
         KT_PHASES(KT_PHASE_ADD)
     }
-    phases->judge = counts.begin + counts.prepare + counts.check + counts.accept + counts.retry > 0;
+    phases->may_repeat = counts.begin + counts.prepare + counts.check + counts.accept + counts.retry > 0;
 }
 #undef KT_PHASE_COUNT
 #undef KT_PHASE_ADD

@@ -93,7 +93,7 @@ enum { KT_PARTS_MOST = 24 };
 #define KT_PHASE_LIST(result, phase, parameters, meaning) kt_hook_of_##phase *phase[KT_PARTS_MOST + 1];
 typedef struct kt_phases {
     uint32_t active; /* a bit for each part of the list that was active */
-    bool judge;      /* some part acts from `begin` to `retry`: a try that the integrator accepts may not be the step */
+    bool may_repeat; /* some part acts from `begin` to `retry`: a try that the integrator accepts may not be the step */
     KT_PHASES(KT_PHASE_LIST)
 } kt_phases;
 #undef KT_PHASE_LIST

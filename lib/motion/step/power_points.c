@@ -61,7 +61,7 @@ static double fastest_rotation(const kt_simulation *simulation) {
     return fastest;
 }
 
-void kt_simulation_note_power(kt_simulation *simulation, kt_power power) {
+void kt_simulation_add_power_point(kt_simulation *simulation, kt_power power) {
     kt_power_points *p = &simulation->memory.powers;
     const double t = kt_integrator_time(simulation->integrator);
     const double net = power.dissipated - power.supplied, size = fabs(power.dissipated) + fabs(power.supplied);
@@ -78,5 +78,5 @@ void kt_simulation_take_power(kt_simulation *simulation, const double *y, const 
     simulation->works.end_power = power;
     simulation->works.end_slope = dydt;
     if (y == simulation->integrator->y)
-        kt_simulation_note_power(simulation, power);
+        kt_simulation_add_power_point(simulation, power);
 }

@@ -248,7 +248,9 @@ static void add_position_rates(const kt_simulation *s, const double *z, double *
 
 /* ---- the Jacobian ------------------------------------------------------------------------------------------------ */
 
-static void keep_turning(kt_simulation *s, const double *y) {
+/* Stores the unit quaternion and the angular velocity of each joint with a quaternion, about which the Jacobian of the
+ * present step is taken. */
+static void store_turning(kt_simulation *s, const double *y) {
     for (size_t k = 0; k < s->size.turning; k++) {
         const double *p = y + s->quaternion[k], *w = y + s->size.nq + spin_at(s, k);
         const double norm = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3]);
@@ -348,7 +350,7 @@ static int newton_jacobian(double t, const double *y, const double *dydt, void *
     if (status != KT_OK)
         return kt_simulation_is_recoverable(status) ? 1 : -1;
     reduce_along(s);
-    keep_turning(s, y);
+    store_turning(s, y);
     return 0;
 }
 

@@ -153,7 +153,7 @@ void kt_simulation_renew_breakpoints(kt_simulation *simulation);
  * computed along with its slope dydt. */
 void kt_simulation_take_power(kt_simulation *simulation, const double *y, const double *dydt, kt_power power);
 /* Notes a power at the present time, once (power_points.c). */
-void kt_simulation_note_power(kt_simulation *simulation, kt_power power);
+void kt_simulation_add_power_point(kt_simulation *simulation, kt_power power);
 
 /* Adds an event whose name is known to be free, and for which there is room. */
 void kt_event_append(kt_simulation *simulation, const kt_event *event);

@@ -166,7 +166,7 @@ static inline double kt_simulation_contact_margin(const kt_simulation *simulatio
 
 /* Records that forces have jumped at the present time, so that reactions differ from the reactions at the end of the
  * last step. The beginning of the next step then checks whether contacts stay closed (event.c). */
-static inline void kt_simulation_note_jump(kt_simulation *simulation) {
+static inline void kt_simulation_mark_jump(kt_simulation *simulation) {
     if (simulation->contact_count == 0)
         return;
     simulation->memory.jumped = true;

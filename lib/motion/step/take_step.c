@@ -112,7 +112,8 @@ kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_
         return status;
     status = kt_phase_enter(simulation, t_limit, &progress, &from);
     if (status == KT_OK)
-        status = simulation->phases.judge ? try_until_accepted(simulation, &progress, &from)
-                                          : kt_integrator_take_step(simulation->integrator, progress.t_limit, &from);
+        status = simulation->phases.may_repeat
+                     ? try_until_accepted(simulation, &progress, &from)
+                     : kt_integrator_take_step(simulation->integrator, progress.t_limit, &from);
     return kt_phase_end(simulation, status, &from, error);
 }
