@@ -19,6 +19,8 @@
 static const double NEGLIGIBLE = 0x1p-70; /* relative to entries of one */
 static const double ROUNDING = 1e-10;     /* of the largest moment */
 
+/* One rotation of Jacobi's method, in the plane of the axes p and q. Afterwards s_pq is 0. (Golub & Van Loan,
+ * section 8.5.) */
 static void annul(double s[3][3], int p, int q) {
     if (fabs(s[p][q]) <= NEGLIGIBLE)
         return;

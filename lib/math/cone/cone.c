@@ -120,6 +120,9 @@ static void solve_one_least(const double *w, const double *q, double mu, double 
     }
 }
 
+/* One sweep of the block Gauss-Seidel method. Each x_i in turn solves the problem of its item alone: with the block
+ * w = W_ii and q = b_i + sum of W_ij x_j over the other items. An item is a cone, a force of at least `least`, or a
+ * force of at most `limit`. */
 static void sweep_cones(kt_cone *cone, const kt_cone_linear *of, double *x) {
     const int m = 3 * cone->n;
     for (int i = 0; i < cone->n; i++) {
@@ -215,6 +218,8 @@ static void list_blocks(kt_cone *cone) {
     cone->first[cone->n] = count;
 }
 
+/* Copies the problem and the start p in scaled numbers: W_ij s_i s_j, b_i s_i and x_i = p_i / s_i. The scale s_i
+ * makes the largest diagonal entry of the block W_ii equal to 1, so that masses and units do not matter. */
 static void scale_problem(kt_cone *cone, const kt_cone_problem *problem, const double *p) {
     const int m = 3 * problem->n;
     double rate = 0.0;

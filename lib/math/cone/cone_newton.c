@@ -24,6 +24,7 @@ static bool is_known(cone_mode mode, int row) {
     return mode == HELD || (mode == SMOOTH && row > 0) || (mode >= LEAST_STICKS && row == 0);
 }
 
+/* u = W x + b. Only the blocks of W that are not zero take part. */
 static void find_rates(const kt_cone *cone, const kt_cone_linear *of, const double *x, double *u) {
     const int m = 3 * cone->n;
     for (int r = 0; r < m; r++) {
@@ -89,6 +90,7 @@ double kt_cone_residual(kt_cone *cone, const kt_cone_linear *of, const double *x
 
 /* ---- linear equations -------------------------------------------------------------------------------------------- */
 
+/* Exchanges the rows a and b of A (n x n), from column `from` on, and the entries a and b of x. */
 static void swap_rows(int n, double *A, double *x, int a, int b, int from) {
     for (int j = from; j < n && a != b; j++) {
         const double t = A[a * n + j];

@@ -90,6 +90,8 @@ static void gather(const kt_coulomb *c, const double *p, double *x) {
         x[r] = rows_of(&c->item[r / 3], r % 3, row, by) > 0 ? p[row[0]] : 0.0;
 }
 
+/* Writes the problem as a problem of cones (cone.h): three rows for each item, with the friction coefficient, the
+ * least normal force and the largest force that the item's type implies. */
 static void pose(const kt_coulomb *c, kt_coulomb_solver *p) {
     const int m = 3 * c->n;
     gather(c, c->b, p->b);
@@ -131,6 +133,8 @@ static bool slips_across(const kt_coulomb *c, const kt_coulomb_item *item, const
     return moves || leaves;
 }
 
+/* Finds the mode of each item from the forces p and the rates u = W p + b: open, sticking, or slipping along e.
+ * Forces and rates that are a tiny part of the largest ones count as zero. */
 static void find_modes(const kt_coulomb *c, kt_coulomb_solution *to) {
     double most = 0.0;
     kt_coulomb_find_rates(c, to->p, to->u);

@@ -109,6 +109,8 @@ double kt_coulomb_weight(const kt_coulomb *c, int i) {
     return trace > 0.0 ? trace / rows : 1.0;
 }
 
+/* Lists the forces that are unknown in the modes of `to`, and writes the fixed forces. A sticking cone has three
+ * unknowns. A slipping cone has one, because its tangential force is -mu p e. Dry friction that slips is fixed. */
 static void begin_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_coulomb_system *s) {
     s->n = s->columns = 0;
     s->shares = false;
@@ -152,6 +154,7 @@ static double sum_nonzero_along(const kt_coulomb *c, int row, const double *p) {
     return sum;
 }
 
+/* The rate due to the forces p in one row: row . p, for a row of W. */
 static inline double sum_along(const kt_coulomb *c, int row, const double *p) {
     const double *W = kt_coulomb_row(c, row);
     double sum = 0.0;

@@ -97,6 +97,8 @@ static void remove_from_columns(kt_rest *rest, int n) {
     }
 }
 
+/* Orthonormalises the columns by Gram-Schmidt with pivoting, the longest remaining column first. Stops at columns
+ * that depend on earlier ones, and stores the rank. */
 static void find_range(kt_rest *rest) {
     double first = 0.0;
     memcpy(rest->work, rest->matrix, (size_t)(rest->rows * rest->columns) * sizeof *rest->work);

@@ -75,6 +75,7 @@ static kt_definedness definedness_of(kt_operator code, const kt_jet *x, const kt
 
 /* ---- branches ---------------------------------------------------------------------------------------------------- */
 
+/* The smallest jet that contains both jets. Coefficients are intervals. */
 static kt_jet jet_hull(const kt_jet *x, const kt_jet *y) {
     kt_jet z = {.size = 0.0};
     for (int k = 0; k <= KT_JET_ORDER; k++)
@@ -104,6 +105,8 @@ static kt_jet jet_jump(kt_operator code, const kt_jet *decision) {
     return chosen(decision, &above, &below);
 }
 
+/* abs, min, max and functions that jump. The sign of `decision` selects a branch. If the interval of `decision`
+ * contains 0, the result contains both branches. `meet` receives each decision. */
 static kt_jet jet_switch(kt_operator code, const kt_jet *x, const kt_jet *y, kt_jet_meet *meet, void *user) {
     const bool one = !kt_operator_is_binary(code);
     const kt_jet minus = jet_minus(x);

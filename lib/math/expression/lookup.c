@@ -92,6 +92,8 @@ static double joined_slope(double *rows, int count) {
     return -size * (jump[1] + jump[0]) / (jump[1] - jump[0]);
 }
 
+/* Finds the cubic spline through the rows. At the ends, the slopes are equal (joined), given, or left to
+ * spline_curvatures. */
 static void compile_spline(double *rows, int count, kt_row_ends ends, const double *slopes) {
     if (ends == KT_ROW_ENDS_JOINED) {
         const double p = joined_slope(rows, count);
@@ -139,6 +141,8 @@ static void monotone_derivatives(double *rows, int count, kt_row_ends ends) {
     }
 }
 
+/* Finds the cubic pieces y + b s + c s^2 + d s^3 with s = x - x_k, from the slopes b of monotone_derivatives at both
+ * ends. h is the length of a piece, e its secant. */
 static void compile_monotone(double *rows, int count, kt_row_ends ends) {
     monotone_derivatives(rows, count, ends);
     for (int k = 0; k + 1 < count; k++) {
@@ -217,6 +221,8 @@ size_t kt_lookup_numbers(const kt_lookup *lookup) {
     return numbers_of(lookup->inputs, lookup->row_count / ny, ny);
 }
 
+/* Copies rows (x, y, z), which are sorted by x and then by y, to the axes x and y and to the grid z of nx times ny
+ * numbers. */
 static void compile_grid(const kt_lookup *lookup, int nx, int ny, double *x) {
     double *y = x + nx, *z = y + ny;
     for (int i = 0; i < nx; i++)
@@ -346,6 +352,8 @@ static void continue_rows(kt_lookup_piece *p, const double *row, bool behind, bo
     p->c[1] = has_slope ? b + h * (2.0 * c + 3.0 * h * d) : 0.0;
 }
 
+/* Finds the cubic piece of a table at x: its coefficients p->c about p->at[0], and the bounds within which the piece
+ * is valid. A table that repeats is shifted by whole periods. */
 static void find_row_piece(const double *table, double x, kt_lookup_piece *p) {
     const double *rows = table + KT_LOOKUP_HEAD;
     const int count = (int)table[KT_LOOKUP_NX], outside = (int)table[KT_LOOKUP_OUTSIDE];
@@ -378,6 +386,8 @@ static void hold_edge(kt_lookup_piece *p, int axis, double to, bool behind) {
     p->at[axis] += h;
 }
 
+/* Finds the bilinear piece of a grid at the point `input`: z = c_0 + c_1 dx + c_2 dy + c_3 dx dy about the corner
+ * p->at. */
 static void find_grid_piece(const double *table, const double input[2], kt_lookup_piece *p) {
     const int count[2] = {(int)table[KT_LOOKUP_NX], (int)table[KT_LOOKUP_NY]};
     const double *axis[2] = {table + KT_LOOKUP_HEAD, table + KT_LOOKUP_HEAD + count[0]}, *grid = axis[1] + count[1];

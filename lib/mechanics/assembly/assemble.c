@@ -250,6 +250,8 @@ typedef struct free_directions {
     double least;
 } free_directions;
 
+/* Finds the rank of the equations in the coordinates whose positions are not given, and the size of the smallest
+ * direction. Only groups with weighted coordinates count. */
 static free_directions find_free_directions(const approach *a) {
     const kt_model *model = a->model;
     const kt_reduction_kernels *kernels = model->group_kernels;

@@ -14,6 +14,7 @@ static double coordinate_unit_of(const kt_model *model, const kt_link *link, int
     return k < kt_link_lengths(link) && model->length > 0.0 ? model->length : 1.0;
 }
 
+/* The largest speed, given or initial, in units of the coordinates (rad/s, or the mechanism's length per second). */
 static double fastest(const kt_model *model, const double *v) {
     double most = 0.0;
     for (size_t i = 1; i < model->n.link; i++)

@@ -53,6 +53,7 @@ static void add_end(const planner *p, int32_t loop, int end) {
     p->a->end[link] = at + 1;
 }
 
+/* Lists the children of each link within the group, and the ends of loops on each link. */
 static void list_children(const planner *p) {
     for (int l = 0; l < p->count; l++)
         p->a->child[p->link[l]] = p->a->end[p->link[l]] = 0;
@@ -106,6 +107,8 @@ static int32_t opening(const planner *p, int32_t i) {
     return more + (own > 0);
 }
 
+/* Puts link i at position `at` of the order. `waiting` counts the children and the partners in loops that come later
+ * and need the link. */
 static void take_link(const planner *p, int32_t i, int32_t at) {
     kt_attach *a = p->a;
     const int32_t up = p->m->link[i].parent;
@@ -134,6 +137,8 @@ typedef struct choice {
     int32_t link, activates, pending, next; /* next: which of the active links it is next to */
 } choice;
 
+/* Replaces *best by link i if that is the better next link. The first difference decides: i activates fewer links,
+ * fewer later links need i, i is next to the link that was activated later, or the index of i is lower. */
 static void consider(const planner *p, int32_t i, int32_t next, choice *best) {
     if (link_is_taken(p, i) || !link_is_taken(p, p->m->link[i].parent))
         return;

@@ -79,6 +79,7 @@ static double term_size(const kt_model *m, const kt_term_record *term) {
     return log2(fabs(term->coefficient) * natural_unit(m, term->link));
 }
 
+/* Unites the links of a coupling. Their units then differ by the ratio of the coupling's terms. */
 static void unite_coupled(kt_attach *a, const kt_model *m, const kt_loop_record *loop) {
     int32_t first = -1;
     double size = 0.0;
@@ -125,6 +126,7 @@ static span sizes_of_couplings(const kt_model *m, const kt_group *group) {
     return sizes;
 }
 
+/* Balances the units of a group's coordinates if units or couplings differ by more than 2^RATIO. */
 static void balance_group(kt_attach *a, kt_model *m, kt_group *group) {
     const span sizes = sizes_of_couplings(m, group);
     span units = {0.0, 0.0};

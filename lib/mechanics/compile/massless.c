@@ -131,6 +131,8 @@ static void move_to_variant(const finder *f, int variant) {
     kt_position_add(m, m->q0, f->v, f->q);
 }
 
+/* Finds the motions n_w, a row for each coordinate w without mass, and checks that they are the same in several
+ * positions. */
 static kt_status find_motions(const finder *f, kt_error *error) {
     kt_model *m = f->model;
     const size_t nv = m->n.v;
@@ -220,6 +222,8 @@ static void sort_basis(const finder *f) {
         memcpy(m->massless_basis + (f->used[k] ? damped++ : free++) * n, f->c + k * n, n * sizeof *f->c);
 }
 
+/* Finds the basis B that makes C diagonal, by symmetric elimination with pivots on the diagonal. m->damped becomes
+ * the number of motions that a damper resists. */
 static kt_status find_basis(const finder *f, kt_error *error) {
     kt_model *m = f->model;
     const size_t n = m->n.massless;
@@ -241,7 +245,7 @@ static kt_status find_basis(const finder *f, kt_error *error) {
     return KT_OK;
 }
 
-/* N B in place of N. */
+/* Replaces the motions N by N B: along its first columns dampers resist, along the others none does. */
 static void combine_motions(const finder *f) {
     const kt_model *m = f->model;
     const size_t n = m->n.massless, nv = m->n.v;

@@ -200,6 +200,7 @@ static void add_row_gradient(gradient *g, const kt_planar_row *row, const double
     }
 }
 
+/* Adds the gradients of all rows of a loop, weighted with the multipliers of up to three fields. */
 static void add_rows(gradient *g, const kt_loop_sum *sum) {
     const kt_planar_loop *flat = g->flat;
     kt_v2 axes[FIELDS] = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
@@ -310,6 +311,7 @@ static joint gradient_joint_of(const gradient *g, int k, int field, const kt_pla
     return j;
 }
 
+/* Lists the joints on the paths to both ends of the loop, each with its part in the gradient. Returns their number. */
 static size_t list_path_joints(const gradient *g, int field, joint *to) {
     size_t count = 0;
     for (int k = 0; k < 2; k++) {
@@ -359,6 +361,7 @@ typedef struct curvature {
     double turn;        /* s' */
 } curvature;
 
+/* Sums the second derivatives of the rows, each times its multiplier: E, N, B and s' of the formulas above. */
 static curvature curvature_of(const gradient *g, const double *lambda) {
     const kt_v2 d = g->end[1].at - g->end[0].at, none = {0.0, 0.0};
     curvature c = {.axis = none, .normal = none, .b = {none, none}};

@@ -218,6 +218,8 @@ static void load_relation(const stress_work *w, const kt_loop_record *loop, size
     }
 }
 
+/* Finds a basis of the self-stresses of a group: multipliers that cause no joint force, and the wrenches that they
+ * cause in the joints and loops. */
 static void find_stress(const kt_model *model, kt_data *data, size_t g, double t, const double *q) {
     const stress_work w = {model, data, &model->group[g], t, q, kt_stress_of(model, data, g)};
     const int all = (int)(w.s.k < w.s.m ? w.s.k : w.s.m), structural = (int)(w.s.k - w.s.redundant);

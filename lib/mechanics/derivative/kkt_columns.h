@@ -16,6 +16,7 @@ typedef struct columns {
     column8 *motion, *x, *b, *constant, *pull, *z, *found, *force, *response;
 } columns;
 
+/* The arrays of w as columns of eight right-hand sides. */
 static inline columns columns_of(const kt_kkt *w) {
     return (columns){.w = w,
                      .model = w->model,

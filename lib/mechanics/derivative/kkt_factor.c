@@ -12,6 +12,7 @@ static double *inertia_of(const kt_kkt *w, size_t i) {
     return w->inertia + (size_t)(KT_FRONT_SPACE * KT_FRONT_SPACE) * i;
 }
 
+/* Writes the inertia of a rigid link about its origin as a matrix of 6 x 6, or 3 x 3 in a plane (c = 3). */
 static void set_rigid(const kt_kkt *w, size_t i, int c) {
     if (c == KT_FRONT_SPACE) {
         kt_articulated x;
@@ -61,6 +62,8 @@ static int set_axes(const kt_kkt *w, size_t i, int c) {
     return kt_front_subspace(&f, (int32_t)i, w->axis + KT_FRONT_SPACE * (size_t)w->model->link[i].v);
 }
 
+/* Eliminates the degrees of freedom of a link, the last one first: I -= U U' / D with U = I s and D = s . U +
+ * armature. Returns false if D vanishes. */
 static bool eliminate_link(const kt_kkt *w, size_t i, int c, int dofs) {
     const int32_t v = w->model->link[i].v;
     double *inertia = inertia_of(w, i);
@@ -154,6 +157,7 @@ static bool reduce_dense(kt_kkt *w, size_t g, int c, double *parent) {
     return true;
 }
 
+/* Passes the inertias of a group's links to the group, and reduces the group onto its parent. */
 static bool reduce_group(kt_kkt *w, size_t g, int c) {
     const kt_group *group = &w->model->group[g];
     double *parent = inertia_of(w, (size_t)group->parent);

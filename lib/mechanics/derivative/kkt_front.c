@@ -16,6 +16,7 @@ typedef struct step {
     int base, params, rank, left, kept, free;
 } step;
 
+/* Finds the factors and the map of a step. `kept` and `map` move on to those of the next step. */
 static void find_front_step(const kt_front *f, int s, int base, const double **kept, double **map, step *o) {
     const kt_front_count *c = &f->count[s];
     *o = (step){.count = c, .base = base, .params = c->params, .rank = c->rank, .left = c->left, .kept = c->kept};

@@ -45,6 +45,8 @@ KT_INLINE void hand_down(const columns *k, size_t i, int c) {
     pass_wrench(k, i, c);
 }
 
+/* M x for all columns: accelerations from the ground to the tips, their wrenches, and the sums of these back to the
+ * ground. */
 static void apply_mass_to_columns(const columns *k) {
     const size_t count = k->model->n.link;
     clear(k->motion, KT_FRONT_SPACE); /* the ground */
@@ -78,6 +80,7 @@ static column8 *restrict_front(const columns *k, size_t g, column8 *z) {
     return z;
 }
 
+/* z = Z' x for the free directions Z of a dense group. Returns the end of z. */
 static column8 *restrict_dense(const columns *k, size_t g, column8 *z) {
     const kt_group *group = &k->model->group[g];
     const kt_group_work of = kt_group_matrices(k->model, k->data, g, k->w->rows);

@@ -57,6 +57,8 @@ KT_INLINE void minimise(const columns *k, front *o) {
     memcpy(h, k->z, (size_t)kept * sizeof *h);
 }
 
+/* Backward pass through the steps of a group with fronts, as front_solve.c for one right-hand side: the factors are
+ * known, only the constants change. */
 KT_INLINE void backward_pass_front(const columns *k, size_t g, int c) {
     front o;
     int params = 0;
@@ -83,6 +85,8 @@ KT_INLINE void backward_pass_front(const columns *k, size_t g, int c) {
 
 /* ---- and back ---------------------------------------------------------------------------------------------------- */
 
+/* Forward pass through the steps of a group with fronts: the parameters p of each step follow from those of the step
+ * after and from the parent's acceleration. The last parameters are the link's own coordinates. */
 KT_INLINE void ascend(const columns *k, size_t g, int c) {
     front o;
     begin_front(k, g, c, &o);
@@ -112,6 +116,8 @@ KT_INLINE void sum_forces(const columns *k, const kt_group *group, int c) {
     }
 }
 
+/* Backward pass of a dense group: the coordinates y for a parent at rest, from the forces h and the right-hand sides
+ * b. The wrench on the parent is F y. */
 KT_INLINE void backward_pass_dense(const columns *k, size_t g, int c) {
     const kt_group *group = &k->model->group[g];
     const kt_group_work of = kt_group_matrices(k->model, k->data, g, k->w->rows);
@@ -139,6 +145,7 @@ KT_INLINE void backward_pass_dense(const columns *k, size_t g, int c) {
     }
 }
 
+/* Forward pass of a dense group: x -= K a, with the acceleration a of the parent. */
 KT_INLINE void ascend_dense(const columns *k, size_t g, int c) {
     const kt_group *group = &k->model->group[g];
     const kt_group_work of = kt_group_matrices(k->model, k->data, g, k->w->rows);
@@ -150,6 +157,8 @@ KT_INLINE void ascend_dense(const columns *k, size_t g, int c) {
 
 /* ---- all links --------------------------------------------------------------------------------------------------- */
 
+/* Backward pass at a link outside of groups: x becomes (x - s . p) / D, and the wrench p grows by the force times
+ * the gain. */
 KT_INLINE void eliminate(const columns *k, size_t i, int c) {
     const kt_link *link = &k->model->link[i];
     column8 *p = motion_of(k, i);
@@ -162,6 +171,7 @@ KT_INLINE void eliminate(const columns *k, size_t i, int c) {
     pass_wrench(k, i, c);
 }
 
+/* Forward pass at a link: its acceleration is that of its parent, plus s x of its own coordinates. */
 KT_INLINE void respond(const columns *k, size_t i, int c) {
     const kt_link *link = &k->model->link[i];
     column8 *a = carried_motion(k, i, c);
@@ -178,6 +188,7 @@ KT_INLINE bool is_first(const kt_model *model, size_t i) {
     return g >= 0 && model->group_link[model->group[g].link] == (int32_t)i;
 }
 
+/* Backward pass at link i. A group is reduced at its first link, which the pass reaches last. */
 KT_INLINE void backward_pass(const columns *k, size_t i, int c) {
     const int32_t g = k->model->link[i].group;
     if (g < 0)
@@ -188,6 +199,7 @@ KT_INLINE void backward_pass(const columns *k, size_t i, int c) {
         backward_pass_dense(k, (size_t)g, c);
 }
 
+/* Forward pass at link i. A group responds at its first link. */
 KT_INLINE void forward_pass(const columns *k, size_t i, int c) {
     const int32_t g = k->model->link[i].group;
     if (is_first(k->model, i) && kt_group_has_fronts(&k->model->group[g]))

@@ -46,6 +46,7 @@ static kt_status evaluate_neighbour(const load_column *c) {
     return status == KT_OK ? kt_loads_evaluate(w->model, w->data, &moved, w->change, c->error) : status;
 }
 
+/* Evaluates the loads with one number moved: a position, a velocity, a joint force or an auxiliary state. */
 static kt_status move_and_evaluate(const load_column *c, double moved) {
     kt_linearized *w = c->w;
     const size_t n = w->n;
@@ -66,6 +67,7 @@ static kt_status move_and_evaluate(const load_column *c, double moved) {
     return status;
 }
 
+/* A sample for differences (kt_differenced): the loads, three for each friction. */
 static int sample_loads(void *user, double moved, double *values, double *largest) {
     const load_column *c = user;
     const kt_status status = move_and_evaluate(c, moved);

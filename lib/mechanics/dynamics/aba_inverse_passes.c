@@ -62,6 +62,8 @@ size_t KT_KERNEL(kt_inverse_compute)(const kt_model *model, kt_data *data, const
 
 /* ---- columns ----------------------------------------------------------------------------------------------------- */
 
+/* First pass of M^-1 x, tips first: for each degree of freedom s, left = x - s . W with the wrench W of the
+ * children. Then x becomes left / D, and W grows by left times the gain. */
 KT_INLINE void backward_pass(const kt_model *model, const kt_inverse_terms *w, kt_real1 *x) {
     const kt_real3 none = kt_zero3();
     kt_inverse_flow carried = {none, none};

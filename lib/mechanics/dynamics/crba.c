@@ -69,6 +69,9 @@ typedef struct wrench_columns {
     size_t stride;
 } wrench_columns;
 
+/* Writes the wrench I s that a unit acceleration along the degree of freedom s requires, about the link's origin.
+ * The composite inertia I has the mass m, the first moment h and the inertia j. A column has three moments and three
+ * forces. */
 KT_INLINE void add_wrench(const kt_dof *dof, void *context) {
     const wrench_columns *w = context;
     const composite *c = w->c;
@@ -269,6 +272,7 @@ KT_INLINE kt_v4 load_pairs(const double *x, const double *y) {
 }
 KT_INLINE void store4(double *x, kt_v4 v) { memcpy(x, &v, sizeof v); }
 
+/* Transposes a block of 4 x 4 numbers between two arrays with rows of n numbers. */
 KT_INLINE void transpose4(const double *from, double *to, size_t n) {
 #if defined(__SSE2__) && !defined(__AVX__)
     /* Registers of two lanes, for which gcc compiles the shuffles below badly. */

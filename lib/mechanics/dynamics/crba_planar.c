@@ -57,6 +57,8 @@ KT_INLINE void set_wrench(const kt_planar_link *link, const kt_planar_motion *m,
     w[2 * stride] = c->m * u[1];
 }
 
+/* Forward pass: the poses of the links of a plane at q, and zeros for the composite inertias of links with several
+ * children. */
 KT_INLINE void poses(const kt_model *model, kt_data *data, const kt_plane *plane, const double *q) {
     static const double none[2] = {0.0, 0.0};
     kt_planar_motion *motion = data->planar;

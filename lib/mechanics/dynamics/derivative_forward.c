@@ -110,6 +110,7 @@ KT_INLINE void add_columns6(const columns *p, bits mine, strip *to, const kt_v8 
     add_columns3(p, mine, to + 3, from + 3);
 }
 
+/* Sets the results of the coordinates from .. to - 1 to zero. */
 static inline void clear_rows(const columns *p, kind is, size_t from, size_t to) {
     const strip none = splat(0.0);
     for (size_t f = from; f < to; f++) {
@@ -139,6 +140,8 @@ KT_INLINE void apply_unit(const columns *p, size_t f, const kt_dof_row *row, str
         x[k][lane] += row->u[k];
 }
 
+/* Backward pass at one node: projects the wrenches x on its degrees of freedom, the last one first, and stores the
+ * results. A node at or behind p->low also adds its own terms to the wrenches. */
 KT_INLINE void eliminate(const columns *p, kind is, size_t n, flow *x) {
     kt_derivative_work *w = p->w;
     const kt_derivative_node *node = &w->node[n];
@@ -163,6 +166,7 @@ KT_INLINE void eliminate(const columns *p, kind is, size_t n, flow *x) {
         add_columns6(p, mine, x->v, w->batch[p->batch].wrench[1]);
 }
 
+/* Sets the wrenches and motions that are requested to zero. */
 KT_INLINE void clear(kind is, flow *x) {
     if (is.q || is.unit)
         clear6(x->q);
@@ -189,6 +193,7 @@ KT_INLINE void load3(const kt_v8 *from, strip *x) {
     x[2] = load(&from[2], 0);
 }
 
+/* Stores what passes from one node to the next, for the branches that begin there. */
 KT_INLINE void store_state(kind is, const flow *x, kt_derivative_state *to) {
     if (is.q || is.unit) {
         store3(x->q, to->q);
@@ -204,7 +209,8 @@ KT_INLINE void store_state(kind is, const flow *x, kt_derivative_state *to) {
         store3(x->s, to->s);
 }
 
-KT_INLINE void take(kind is, const kt_derivative_state *from, flow *x) {
+/* Loads what store_state has stored. */
+KT_INLINE void load_state(kind is, const kt_derivative_state *from, flow *x) {
     if (is.q || is.unit) {
         load3(from->q, x->q);
         load3(from->q + 3, x->q + 3);
@@ -219,9 +225,10 @@ KT_INLINE void take(kind is, const kt_derivative_state *from, flow *x) {
         load3(from->s, x->s);
 }
 
-KT_INLINE void gather(kind is, const kt_derivative_state *from, flow *x) {
+/* Adds the wrenches of another branch to x. */
+KT_INLINE void add_state(kind is, const kt_derivative_state *from, flow *x) {
     flow more;
-    take(is, from, &more);
+    load_state(is, from, &more);
 #define GATHER(k) x->q[k] += more.q[k]
     if (is.q || is.unit)
         SIX(GATHER);
@@ -232,6 +239,7 @@ KT_INLINE void gather(kind is, const kt_derivative_state *from, flow *x) {
 #undef GATHER
 }
 
+/* Sets the sums over children to zero, for the nodes of the columns and for all nodes on the path to the root. */
 static inline void clear_branches(const columns *p) {
     kt_derivative_work *w = p->w;
     for (size_t n = p->high; n > p->low; n--)
@@ -253,13 +261,13 @@ KT_INLINE size_t backward_pass(const columns *p, kind is) {
         const kt_derivative_node *node = &w->node[n];
         const size_t parent = (size_t)node->parent, next = n > p->low ? n - 1 : parent;
         if (node->branches)
-            gather(is, &w->state[n], &x);
+            add_state(is, &w->state[n], &x);
         eliminate(p, is, n, &x);
         if (!next)
             return n;
         if (parent != next) {
             if (parent) {
-                gather(is, &w->state[parent], &x);
+                add_state(is, &w->state[parent], &x);
                 store_state(is, &x, &w->state[parent]);
             }
             clear(is, &x);
@@ -294,7 +302,7 @@ KT_INLINE void accelerate(const columns *p, kind is, bool before, bool after, si
     if (!node->parent)
         clear(is, x);
     else if ((size_t)node->parent != n - 1)
-        take(is, &w->state[node->parent], x);
+        load_state(is, &w->state[node->parent], x);
     if (!before && !after && !is.unit) {
         const kt_dof_batch *b = &w->batch[p->batch];
         const bits mine = lanes_of(p, n);

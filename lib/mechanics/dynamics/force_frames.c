@@ -26,6 +26,7 @@ KT_INLINE void rotate_force_links(const kt_model *model, kt_data *data, const kt
     }
 }
 
+/* Finds the joint forces that balance gravity, from the mass and the first moment that each link carries. */
 static void balance_gravity(const kt_model *model, kt_data *data) {
     const kt_real3 up = kt_minus3(kt_gravity3(model, data));
     kt_carried_mass *carried = data->carried;
@@ -48,6 +49,7 @@ static void balance_gravity(const kt_model *model, kt_data *data) {
     }
 }
 
+/* Forward pass over the links on which forces act. The position of a link is base + local (kt_force_frame). */
 void KT_KERNEL(kt_force_links)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v) {
     assert(kt_data_serve(model, data));
     const kt_real3 none = kt_zero3();

@@ -144,6 +144,8 @@ KT_INLINE bool factor_short(kt_mass_factor *f, size_t k) {
     return pivot > 0.0;
 }
 
+/* Factors M = L' D L, from the last coordinate to the first. Long rows are factored in panels, so that each loaded
+ * number serves several rows. Returns n.v, or a coordinate whose pivot is not positive. */
 static size_t factor_mass(kt_mass_factor *f) {
     size_t failed = f->model->n.v;
     for (size_t end = failed; end > 0;) {
@@ -173,9 +175,10 @@ static size_t factor_mass(kt_mass_factor *f) {
 /* ---- passes ------------------------------------------------------------------------------------------------------ */
 
 /* Numbers of the path that the next row needs immediately are also passed in a register. If all rows are short
- * (is_short), numbers are processed one by one. With `scale`, x is multiplied by D after the pass of a product, or
- * divided by D after the pass of a solution. */
+ * (is_short), numbers are processed one by one. */
 
+/* x becomes L x or, to solve, L^-1 x, from the root to the tips. With `scale`, the result is multiplied by D. `path`
+ * holds the numbers of the ancestors, by their depth. */
 KT_INLINE void pass_down(const kt_mass_factor *f, bool is_short, bool solve, bool scale, double *x) {
     const size_t nv = f->model->n.v, *begin = f->row;
     const int32_t *depths = f->depth;
@@ -199,6 +202,8 @@ KT_INLINE void pass_down(const kt_mass_factor *f, bool is_short, bool solve, boo
     }
 }
 
+/* x becomes L' x or, to solve, L^-T x, from the tips to the root. With `scale`, x is divided by `diagonal`. `path`
+ * holds the sums for the ancestors, by their depth. */
 KT_INLINE void pass_up(const kt_mass_factor *f, bool is_short, bool solve, bool scale, double *x) {
     const size_t nv = f->model->n.v, *begin = f->row;
     const int32_t *depths = f->depth;

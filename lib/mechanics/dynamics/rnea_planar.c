@@ -36,6 +36,8 @@ static inline void forward_pass(const kt_model *model, kt_data *data, const kt_p
     }
 }
 
+/* Backward pass: the joint force of each link, from the wrench about the link's origin, which passes on to the
+ * parent. */
 static inline void backward_pass(const kt_model *model, kt_data *data, kt_real1 *tau) {
     const kt_planar_link *link = &model->planar[model->n.planar] - 1;
     kt_planar_motion *motion = data->planar, *m = &motion[model->n.planar] - 1;

@@ -162,7 +162,8 @@ static kt_status find_gains(load_problem *p, double *a, kt_error *error) {
     return status;
 }
 
-/* Moves L0 by the difference between evaluated and affine loads. Returns the largest difference, over the friction. */
+/* Moves the constant part L0 of the affine loads L0 + G x by their difference from the evaluated loads. A load has
+ * three components. Returns the largest error of the friction law, relative to the friction. */
 static double correct_loads(const load_problem *p) {
     const kt_data *d = p->data;
     double worst = 0.0;

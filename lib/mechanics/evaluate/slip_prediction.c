@@ -265,6 +265,7 @@ static double scale_of_normals(const kt_slip_problem *p) {
     return most > 0.0 && isfinite(most) ? exp2(floor(log2(most))) : 1.0;
 }
 
+/* Multiplies the normal rows of the problem by a factor. */
 static void scale_normals(kt_slip_problem *p, double by) {
     const size_t rows = 3 * p->at->n;
     for (size_t i = 0; i < rows; i += 3) {

@@ -138,6 +138,7 @@ static void apply_weights(const sharing *w, int row, int32_t body, int32_t loop,
     s->value[row + KT_STRESS_RELATION] = slot < 0 ? 0.0 : size * multiplier[slot];
 }
 
+/* Adds the self-stresses, times their amounts z, to the wrench of one joint or loop. */
 static void add_shares(const sharing *w, int row, int32_t body, int32_t loop, void *context) {
     kt_wrench *r = reaction_of(context, body, loop);
     for (int c = 0; c < w->d; c++) {
@@ -147,6 +148,8 @@ static void add_shares(const sharing *w, int row, int32_t body, int32_t loop, vo
     }
 }
 
+/* Chooses the amounts of a group's self-stresses such that the weighted sum of the squares of the reactions is
+ * least, and adds the stresses to the reactions and multipliers. */
 static void share_group(const kt_model *model, kt_data *data, size_t g, reactions_of r) {
     const sharing w = sharing_of(model, data, g);
     const kt_stress *s = &w.s;

@@ -44,6 +44,8 @@ void kt_regressor_parameters(const kt_model *model, double *parameters) {
 /* Entries are sums of products of three numbers of the motion of links: up to this size none overflows. */
 #define KT_MOTION_MOST 1e90
 
+/* The largest number in the motion of links, for the test of overflow. Units do not matter, since KT_MOTION_MOST is
+ * far beyond any motion. */
 static double largest_motion(const kt_model *model, const kt_data *data) {
     double most = 0.0;
     for (size_t i = 1; i < model->n.link; i++) {

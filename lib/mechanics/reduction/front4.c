@@ -262,6 +262,8 @@ static __attribute__((noinline)) bool advance_armature(front4 *s, const double *
     return advance_all(s, usual, tau, true);
 }
 
+/* The backward pass: from the last step to the first, the parameters p of each step follow from those of the step
+ * after, and the last parameter of a step is the acceleration of its coordinate. */
 static void respond_to_front4(const front4 *s, double *a) {
     kt_v4 p = kt_v4_splat(0.0);
     for (int at = s->f.group->link_count - 1; at >= 0; at--) {

@@ -158,7 +158,8 @@ KT_INLINE void find_y(const kt_front *f, int s, const kt_front_factor *x) {
     }
 }
 
-/* Keeps `columns` columns of the energy from entry `at` on, `rows` of each, if the caller requested them. */
+/* Stores a block of the factored energy for kt_kkt (kt_front_aim.kept): the columns at .. at + columns - 1, each
+ * from entry `from` on. Does nothing unless the caller requested the factors. */
 KT_INLINE void store_energy_rows(const kt_front *f, int at, int columns, int from, int rows) {
     for (int c = at; f->kept && c < at + columns; c++, *f->kept += rows)
         memcpy(*f->kept, f->energy + c * f->stride + from, (size_t)rows * sizeof **f->kept);
@@ -201,6 +202,7 @@ KT_INLINE void solve_lower(const kt_front *f, int at, int n, double *y) {
             y[i] -= l[j * f->stride + i] * y[j];
     }
 }
+/* y becomes L^-T y, for the factor L of the energy of n parameters from `at` on. */
 KT_INLINE void solve_upper(const kt_front *f, int at, int n, double *y) {
     const double *l = f->energy + at * (f->stride + 1);
     for (int j = n - 1; j >= 0; j--) {
@@ -300,6 +302,9 @@ KT_INLINE void add_link(const kt_front *f, int s, const kt_front_factor *x, cons
     }
 }
 
+/* The elimination of a group, a link after the other (front.h): the link's inertia is added, the equations that the
+ * step completes are imposed, and the parameters on which no later equation depends are eliminated. Returns false if
+ * the inertia of such a parameter is not positive. */
 KT_INLINE bool reduce_steps(kt_front *f, const kt_front_aim *aim, int base, bool has_armature) {
     const bool dynamics = aim->kind == KT_FRONT_DYNAMICS, least = aim->kind == KT_FRONT_COORDINATES;
     int params = 0;

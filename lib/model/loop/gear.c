@@ -57,6 +57,8 @@ typedef struct wheels {
     double radius[2], teeth[2];    /* negative: internal teeth */
 } wheels;
 
+/* The wheels at the start: d from the first centre to the second and, for each wheel, its axis and the part of d
+ * across this axis. */
 static wheels wheels_at(const kt_loop *loop, const kt_loop_start *at) {
     wheels w = {.d = kt_vec3_sub(at->end[1].position, at->end[0].position),
                 .radius = {loop->radius, loop->radius2},

@@ -4,9 +4,8 @@
  *
  *   x, y, z            phi = e_k . d: the part of e_k in the plane, and e_k . n times the height
  *
- *   rotation about k   phi = e_k . p, p = 4 tan(theta / 4) n: a rotation with the factor e_k . n. The row requires that
- * n
- *                      has the same components in both ends.
+ *   rotation about k   phi = e_k . p, p = 4 tan(theta / 4) n: a rotation with the factor e_k . n.
+ *                      The row requires that n has the same components in both ends.
  *
  *   tilt about k       like a rotation, where theta is the angle from e_z to f_z. Both axes lie in the plane. The row
  *                      is void if both are n in the same sense.
@@ -37,6 +36,7 @@ static void take_angle(const sheet *s, double cosine, double sine) {
     s->flat->s = sine / norm;
 }
 
+/* The row of a distance along axis k of the first end. Returns false if the plane cannot satisfy the row. */
 static bool lay_along(const sheet *s, int k, kt_planar_row *row) {
     const kt_vec3 e = end_axis_of(&s->end[0], k);
     const double height = e.z * s->flat->height;
@@ -69,6 +69,8 @@ static void take_angle_of_axes(const sheet *s) {
     take_angle(s, e.x * f.x + e.y * f.y, e.x * f.y - e.y * f.x);
 }
 
+/* The row of a tilt about x or y: an angle in the plane if the axes lie in it. If they are normal to the plane, no
+ * row is needed. */
 static bool lay_tilt(const sheet *s, int k, kt_planar_row *row) {
     const int lie = lie_of_axes(s);
     if (lie == 1)
@@ -95,6 +97,8 @@ static bool lay_parallel(const sheet *s, int k, kt_planar_row *row) {
     return true;
 }
 
+/* The row that keeps the normals of both ends at right angles. Returns whether a row in the plane can replace the
+ * row. */
 static bool lay_normal(const sheet *s, kt_planar_row *row) {
     const kt_vec3 e = s->end[0].rotation.z, f = s->end[1].rotation.z;
     if (lie_of_axes(s) != 2)
@@ -105,6 +109,7 @@ static bool lay_normal(const sheet *s, kt_planar_row *row) {
     return true;
 }
 
+/* The row of a distance between two points. Where the points coincide, the row is taken along e. */
 static void lay_distance(const sheet *s, kt_planar_row *row) {
     const kt_vec3 x = s->end[0].rotation.x, y = s->end[0].rotation.y;
     const kt_vec3 e =
@@ -114,6 +119,7 @@ static void lay_distance(const sheet *s, kt_planar_row *row) {
     row->e[1] = e.y / length_in_plane(e);
 }
 
+/* Lays one part of a loop into the plane. Returns false if the part has no counterpart there. */
 static bool lay_part(const sheet *s, kt_loop_part part, kt_planar_row *row) {
     switch (part) {
     case KT_PART_X:

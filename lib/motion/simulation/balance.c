@@ -128,6 +128,7 @@ static double panel_error_of(const kt_simulation *simulation, const kt_work_pane
                                      fabs(b[0].supplied) + fabs(b[1].supplied)));
 }
 
+/* The work at the end of the panel. b[0] is half of the integral of the powers over the panel. */
 static kt_work panel_end_of(const kt_work_panel *panel) {
     return (kt_work){panel->start.dissipated + 2.0 * panel->b[0].dissipated,
                      panel->start.supplied + 2.0 * panel->b[0].supplied};
