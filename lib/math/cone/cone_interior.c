@@ -100,8 +100,8 @@ static double entry_of_Q(const kt_cone *cone, int i, int j) {
     return cone->weight[i] * cone->W[i * 3 * cone->n + j] * cone->weight[j];
 }
 
-/* Starts at r = s = (1, 0, 0) in each cone. The weights 1 / mu of the normal rates turn every friction cone into the
- * cone |(x_1, x_2)| <= x_0. near_b is b in these weights, divided by the largest entry of b. */
+/* Starts on the axis of each cone: r = s = e_0. The weights 1 / mu of the normal rates turn every friction cone into
+ * the cone |(x_1, x_2)| <= x_0. near_b is b in these weights, divided by the largest entry of b. */
 static void begin_interior(kt_cone *cone, interior *it) {
     const int m = 3 * cone->n;
     it->size = 1e-300;

@@ -120,8 +120,8 @@ static size_t find_planes(build *b, kt_plan plan) {
     return in_space ? 0 : planes;
 }
 
-/* Marks the coordinates whose initial values the description gives. The last three velocity coordinates of a joint with a quaternion are
- * its angular velocity. */
+/* Marks the coordinates whose initial values the description gives. The last three velocity coordinates of a joint with
+ * a quaternion are its angular velocity. */
 static void mark_given_coordinates(kt_model *m, const kt_joint *joint, const kt_body_record *record) {
     const int quaternion = kt_joint_quaternion(joint->type), nv = kt_joint_sizes[joint->type].nv;
     const unsigned given = kt_joint_given(joint);

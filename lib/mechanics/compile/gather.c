@@ -205,6 +205,8 @@ static void list_island_coordinates(const kt_attach *a, kt_model *m) {
     }
 }
 
+/* Numbers the islands, which are sets of groups and links that move together, and finds the largest sizes among
+ * them. */
 static void set_islands(kt_attach *a, kt_model *m) {
     m->n.island = 0;
     number_islands(a, m);

@@ -53,6 +53,7 @@ static int32_t end_link_of(const kt_model *m, const kt_end *end) {
     return m->body[kt_attach_body_named(m, end->body)].link;
 }
 
+/* Leaves the verdict open for links that a loop acts on: the loop may give them the inertia of other links. */
 static void leave_loops(const kt_model *m, const kt_description *d, unsigned char *verdict) {
     for (int i = 0; i < d->loop_count; i++) {
         const kt_loop *loop = &d->loops[i];
@@ -122,6 +123,8 @@ static bool mark_massless(const trial *t, kt_model *m, const kt_description *d) 
     return any;
 }
 
+/* Marks the bodies whose joints have no inertia in some position, unless a loop or massless coordinates explain
+ * that. */
 static void find_faulty(trial *t, kt_model *m, const kt_description *d) {
     do
         check_tree_inertia(t, m, d);

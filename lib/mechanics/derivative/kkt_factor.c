@@ -12,7 +12,8 @@ static double *inertia_of(const kt_kkt *w, size_t i) {
     return w->inertia + (size_t)(KT_FRONT_SPACE * KT_FRONT_SPACE) * i;
 }
 
-/* Writes the inertia of a rigid link about its origin as a matrix of 6 x 6, or 3 x 3 in a plane (c = 3). */
+/* Writes the inertia of a rigid link about its origin as a square matrix: of six components c, or of three in a
+ * plane. */
 static void set_rigid(const kt_kkt *w, size_t i, int c) {
     if (c == KT_FRONT_SPACE) {
         kt_articulated x;

@@ -218,10 +218,8 @@ KT_INLINE bool apply_wrenches(sum *s, const kt_effect_batch *batch) {
     return true;
 }
 
-/* Whether there are effects on joints, or effects with ends. */
-KT_INLINE bool acts_on_joints(const kt_model *model) {
-    return model->n.effect > 0 && model->batch[0].ends == 0;
-}
+/* Whether some effect acts on joint coordinates. Batches of such effects come before those of effects with ends. */
+KT_INLINE bool acts_on_joints(const kt_model *model) { return model->n.effect > 0 && model->batch[0].ends == 0; }
 
 void kt_effects_recall(const kt_model *model, const kt_data *data, kt_dynamic_state *at) {
     if (acts_on_joints(model))

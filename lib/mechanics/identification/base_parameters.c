@@ -73,6 +73,7 @@ static double largest_link(const kt_model *model) {
     return size > 0.0 ? size : 1.0;
 }
 
+/* Draws a random state and accelerations. Lengths are of the order of `size`, angles of the order of 1. */
 static void draw_state(const kt_model *model, double size, uint64_t *seed, base_work *w) {
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];

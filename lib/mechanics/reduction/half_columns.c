@@ -380,7 +380,6 @@ KT_INLINE void find_half_diagonal_of(const kt_group_work *w, const kt_half *h, i
     }
 }
 
-/* The entries of S on the diagonal, for the vector i of up to four equations. */
 static void find_half_diagonal(const kt_group_work *w, const kt_half *h, int i) {
     if (h->rank - LANES * i >= LANES)
         find_half_diagonal_of(w, h, i, LANES);
@@ -510,7 +509,6 @@ KT_INLINE void find_right_sides(const kt_half *h, const kt_v4 *u, int index, int
         right[LANES * index + r] = sum[r];
 }
 
-/* The changes of the multipliers due to four forces, whose half columns are u. */
 static void find_multiplier_changes(const kt_half *h, const kt_v4 *u, kt_v4 *change) {
     if (h->rank == LANES - 1)
         find_right_sides(h, u, 0, LANES - 1, change);

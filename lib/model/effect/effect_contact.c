@@ -171,6 +171,9 @@ typedef struct contact_state {
     double rub, rub_by_speed, speed;                  /* rub_by_speed: for one N of normal force */
 } contact_state;
 
+/* All quantities of an elastic contact at the depth x: the normal n, the velocity s of slip at the lowest point, the
+ * normal force `elastic` times `bounce` (Hunt and Crossley), and the friction coefficient over the speed, `rub`,
+ * smoothed by tanh. */
 static contact_state contact_state_of(const kt_effect_record *effect, const kt_effect_end *end, double x) {
     contact_state c = {.n = end[1].axes.z, .from_plane = kt_vec3_sub(end[0].point, end[1].point)};
     const kt_vec3 down = kt_vec3_scale(-effect->radius, c.n);

@@ -117,6 +117,8 @@ static bool find_teeth(const kt_loop *loop, wheels *w, kt_error *error) {
     return true;
 }
 
+/* Finds both pitch radii: as given, from the module, or from the distance of the axes and the ratio of teeth. A ring
+ * has a negative radius. */
 static bool find_radii(const kt_loop *loop, wheels *w, kt_error *error) {
     const double *size = w->teeth[0] != 0.0 ? w->teeth : w->radius, sum = size[0] + size[1];
     const double ring = size[0] < 0.0 || size[1] < 0.0 ? -1.0 : 1.0; /* C_2 - C_1 = (r_1 + r_2) e */

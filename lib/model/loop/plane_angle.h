@@ -35,6 +35,8 @@ typedef struct kt_plane_angle {
     kt_vector moment, force;
 } kt_plane_angle;
 
+/* The angle beta of d in the plane across the axis of end k. Its rate is g . (rate of d), with g = e_z x d / |d
+ * across|^2. `force` and `moment` are the coefficients of the relative velocities in the row. */
 KT_INLINE kt_plane_angle kt_plane_angle_of(const kt_loop_end end[2], const kt_loop_relative *r, int k) {
     kt_plane_angle angle;
     const kt_vector *e = end[k].axes, d = r->d, w2 = end[1].omega;

@@ -206,6 +206,9 @@ typedef struct foot {
     kt_real rate, bias;          /* s', b */
 } foot;
 
+/* The foot of a point p that moves at the velocity u, in the curve's frame: the parameter s with (p - c(s)) . c'(s)
+ * = 0, its rate c' . u / D with D = c' . c' - (p - c) . c'', and the part of its acceleration that velocities alone
+ * cause. */
 static foot foot_moving(const kt_loop_record *loop, const double *numbers, kt_vector p, kt_vector u) {
     foot f = {.s = foot_of(loop, numbers, p), .u = u};
     f.at = place_at(loop, numbers, f.s);
@@ -294,6 +297,7 @@ static int curve_row_count(const kt_loop *loop) { return loop->function.type == 
 
 /* ---- the spline -------------------------------------------------------------------------------------------------- */
 
+/* The numbers of a spline: two for each point, three for the whole, and PIECE for each piece between two points. */
 static size_t curve_number_count(const kt_loop *loop) {
     const size_t points = loop->curve.type == KT_TRACK_SPLINE ? (size_t)loop->curve.point_count : 0;
     return points ? 2 * points + 3 + PIECE * (points - 1) : 0;

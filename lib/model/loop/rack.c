@@ -44,6 +44,8 @@ static void load_rack(const kt_loop_record *loop, const kt_loop_end end[2], cons
 }
 /* NOLINTEND(readability-non-const-parameter) */
 
+/* Measures a rack in its initial position: signed pitch radius, pressure angle, direction of the pitch line and
+ * position along it. Rejects a line that does not touch the pitch circle. */
 static bool start_rack(const kt_loop *loop, const kt_loop_start *at, kt_loop_record *record, kt_error *error) {
     const kt_vec3 n = at->end[0].rotation.z, t = at->end[1].rotation.z;
     const kt_vec3 d = kt_vec3_sub(at->end[1].position, at->end[0].position);

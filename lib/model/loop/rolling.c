@@ -42,6 +42,8 @@ typedef struct contact {
     kt_vector t, rate; /* t, t' */
 } contact;
 
+/* c, s and t of the formulas above, for a wheel on a plane with the normal n; `rate` is t'. `turning` is the velocity W
+ * of the wheel as seen in the plane. */
 static inline contact find_contact(const kt_loop_end *wheel, kt_vector n, kt_vector turning) {
     const kt_vector a = wheel->axes[2], across = kt_cross(n, a), rate = kt_cross(turning, a);
     contact k;
@@ -64,6 +66,9 @@ static inline void find_across(kt_vector n, kt_vector n_rate, kt_vector e, kt_ve
     *rate = kt_over(across_rate - kt_scale(kt_dot(*k, across_rate), *k), norm);
 }
 
+/* The rows of a ball that rolls on another one: the points in contact have equal velocities along two directions k
+ * across the line n of centres. The contact is at tube n from the second centre. Directions follow the second ball;
+ * `first` and `second` are two vectors fixed in this ball, of which at most one is near n. */
 static int evaluate_balls(const kt_loop_record *loop, const kt_loop_end end[2], kt_loop_row *rows) {
     const kt_vector *axes = end[1].axes, w1 = end[0].omega, w2 = end[1].omega;
     const kt_vector r = end[0].point - end[1].point, r_rate = end[0].velocity - end[1].velocity;

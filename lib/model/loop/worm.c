@@ -50,6 +50,8 @@ static bool check_worm(const kt_loop *loop, const kt_loop_start *at, kt_vec3 d, 
     return false;
 }
 
+/* Measures a worm in its initial position: the pitch radius of the wheel, the lead of the thread and the side of the
+ * wheel. The period is the angle after which both return to the same teeth. */
 static bool start_worm(const kt_loop *loop, const kt_loop_start *at, kt_loop_record *record, kt_error *error) {
     const kt_vec3 d = kt_vec3_sub(at->end[1].position, at->end[0].position);
     if (!check_worm(loop, at, d, error))

@@ -54,6 +54,7 @@ size_t kt_curve_number_count(const kt_function *function) {
     return kt_curve_formula_numbers(function);
 }
 
+/* Compiles the parts of a sum or a product. Their curves come first, then the numbers of each part. */
 static void compile_parts(const kt_function *function, double *numbers, kt_curve *curve) {
     size_t at = curve->first + (size_t)function->part_count * CURVE_NUMBERS;
     curve->count = function->part_count;
@@ -112,6 +113,8 @@ static void set_derivatives(double out[3], double value, double first, double se
     out[2] = second;
 }
 
+/* A ramp from a to b between the times c and d: a cubic whose slope vanishes at both ends. out: the value and its first
+ * two derivatives. */
 static void evaluate_ramp(const kt_curve *curve, double t, double out[3]) {
     const double step = curve->b - curve->a, length = curve->d - curve->c;
     const double s = (t - curve->c) / length;
@@ -135,6 +138,7 @@ static void evaluate_polynomial(const double *c, int count, double t, double out
     set_derivatives(out, p, d1, 2.0 * d2);
 }
 
+/* The cubic piece at t and its first two derivatives. Outside of the rows, the first or last value holds. */
 static void evaluate_table(const double *rows, int count, double t, double out[3]) {
     const double *last = rows + (size_t)(count - 1) * KT_PIECE_SIZE;
     if (t < rows[KT_PIECE_X]) {
@@ -159,6 +163,7 @@ static kt_curve curve_part_of(const kt_curve *curve, const double *numbers, int 
     return part;
 }
 
+/* The sum or the product of the parts, and its first two derivatives by the product rule. */
 static void evaluate_parts(const kt_curve *curve, const double *numbers, double t, double out[3]) {
     const bool is_sum = curve->type == KT_FUNCTION_SUM;
     double f[3] = {is_sum ? 0.0 : 1.0, 0.0, 0.0}, g[3];
@@ -204,6 +209,7 @@ void kt_curve_evaluate(const kt_curve *curve, const double *numbers, double t, d
     }
 }
 
+/* A bound of the sizes of the terms of the slope at t, which may cancel. */
 static double table_speed(const double *rows, int count, double t) {
     const double *last = rows + (size_t)(count - 1) * KT_PIECE_SIZE;
     if (t < rows[KT_PIECE_X] || t > last[KT_PIECE_X])
@@ -213,6 +219,7 @@ static double table_speed(const double *rows, int count, double t) {
     return fabs(row[KT_PIECE_B]) + s * (2.0 * fabs(row[KT_PIECE_C]) + 3.0 * s * fabs(row[KT_PIECE_D]));
 }
 
+/* A bound of the sizes of the terms of the slope of a sum or a product. */
 static double parts_speed(const kt_curve *curve, const double *numbers, double t) {
     double y[3], size = 1.0, speed = 0.0;
     for (int i = 0; i < curve->count; i++) {
@@ -285,6 +292,7 @@ bool kt_curve_has_breakpoints(const kt_curve *curve) {
     return curve->type == KT_FUNCTION_TABLE || (curve->type == KT_FUNCTION_RAMP && curve->a != curve->b);
 }
 
+/* The first row after t at which some derivative jumps, and the order of that derivative. */
 static kt_breakpoint next_row(const double *rows, int count, double t) {
     for (int k = t < rows[KT_PIECE_X] ? 0 : kt_rows_find(rows, count, t) + 1; k < count; k++) {
         const int order = jump_at_row(rows, count, k);

@@ -62,6 +62,8 @@ static const kt_expression *curve_formula_of(const kt_curve *curve, const double
     return (const kt_expression *)(const void *)(numbers + curve->first);
 }
 
+/* A bump of height a between the times c and d: a u^3 with a parabola u that vanishes at both ends, so that the first
+ * two derivatives vanish there, too. out: the value and these derivatives. */
 static void evaluate_bump(const kt_curve *curve, double t, double out[3]) {
     const double length = curve->d - curve->c, s = (t - curve->c) / length, a = 3.0 * curve->a;
     if (!(s > 0.0 && s < 1.0)) {

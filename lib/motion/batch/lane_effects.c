@@ -104,6 +104,7 @@ static kt_real1 force_lane_by_lane(sum *s, const kt_effect_record *effect, kt_re
     return force;
 }
 
+/* Adds the forces of a batch of effects on joints to tau. `excess` becomes NaN in lanes whose force is not finite. */
 static void apply_joint_forces(sum *s, const kt_effect_batch *batch) {
     const kt_effect_kind *kind = lane_kind_of(batch->type);
     for (int32_t i = batch->first; i < batch->first + batch->count; i++) {
@@ -117,6 +118,7 @@ static void apply_joint_forces(sum *s, const kt_effect_batch *batch) {
     }
 }
 
+/* Adds the wrenches of a batch of effects to the bodies at their ends. */
 static void apply_wrenches(sum *s, const kt_effect_batch *batch) {
     const kt_effect_kind *kind = lane_kind_of(batch->type);
     for (int32_t i = batch->first; i < batch->first + batch->count; i++) {

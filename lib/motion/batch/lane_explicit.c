@@ -67,7 +67,8 @@ static void take_group_stages(kt_batch_work *w, kt_batch_group *group, double h,
     group->active = at.active;
 }
 
-/* Takes a semi-implicit step of the active lanes. w->stage receives the state after the step, before loops are closed. */
+/* Takes a semi-implicit step of the active lanes. w->stage receives the state after the step, before loops
+ * are closed. */
 static void take_semi_implicit(kt_batch_work *w, kt_batch_group *group, double h, kt_batch_fault *fault) {
     const kt_batch *batch = w->batch;
     const kt_batch_counts *n = &batch->n;

@@ -53,6 +53,8 @@ static kt_real1 whole_part_of(kt_real1 x) {
     return whole - kt_choose(whole > x, kt_real1_splat(1.0), kt_real1_splat(0.0));
 }
 
+/* base^exponent = 2^u with u = exponent log2(base), for positive numbers. Returns the lanes in which base and u are
+ * in the usual range; the numbers of the other lanes are undefined. */
 kt_lane_mask KT_KERNEL(kt_lanes_power)(const double *bases, const double *exponents, double *out) {
     const kt_condition bits = (kt_condition)(*(const kt_real1 *)(const void *)bases), biased = bits >> 52;
     const kt_real1 p = *(const kt_real1 *)(const void *)exponents;

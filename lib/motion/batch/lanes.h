@@ -65,8 +65,8 @@ typedef struct kt_lane_kernels {
     /* Effects: writes the joint forces with those of effects to tau, and their wrenches on bodies (as external above;
      * NULL if no link carries forces). Returns the active lanes whose forces are finite. */
     kt_lane_mask (*effects)(const kt_model *model, void *work, const kt_lane_state *at, double *tau, double *external);
-    /* After `effects` in the same state, computes the rates of auxiliary states. Returns the active lanes whose rates are
-     * finite. */
+    /* After `effects` in the same state, computes the rates of auxiliary states. Returns the active lanes whose rates
+     * are finite. */
     kt_lane_mask (*own_rates)(const kt_model *model, void *work, const kt_lane_state *at, double *rates);
     /* Inverse dynamics of the tree: tau. Returns the lanes whose forces are finite. */
     kt_lane_mask (*inverse)(const kt_model *model, void *work, const double *q, const double *v, const double *a,

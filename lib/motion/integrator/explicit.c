@@ -81,11 +81,11 @@ static double explicit_error_at(const kt_integrator *it, double h, size_t i) {
 
 static double explicit_error_norm(const kt_integrator *it, double h) {
     const size_t *row = it->row + it->table->stages;
+    const size_t *low_row = row + KT_ROW_E_LOW;
     const bool has_low = it->table->e_low != NULL;
     const double high = kt_slopes_mean_square(it, it->terms + row[KT_ROW_E], row[KT_ROW_E + 1] - row[KT_ROW_E]);
-    const double low = has_low && high != 0.0
-                           ? kt_slopes_mean_square(it, it->terms + row[KT_ROW_E_LOW], row[KT_ROW_E_LOW + 1] - row[KT_ROW_E_LOW])
-                           : 0.0;
+    const double low =
+        has_low && high != 0.0 ? kt_slopes_mean_square(it, it->terms + low_row[0], low_row[1] - low_row[0]) : 0.0;
     return kt_explicit_error(h, high, has_low, low);
 }
 

@@ -36,6 +36,7 @@
 
 /* ---- weights ----------------------------------------------------------------------------------------------------- */
 
+/* The two-step method of second order with the spectral radius rho at infinity. */
 static kt_multistep two_step_of(double rho) {
     kt_multistep w = {.steps = 2};
     w.past[1] = 4.0 * (1.0 - rho) / (3.0 - rho);
@@ -46,6 +47,7 @@ static kt_multistep two_step_of(double rho) {
     return w;
 }
 
+/* The weights of a method, indexed by steps into the past; index 0 is the end of the step. */
 kt_multistep kt_multistep_of(const kt_method *m) {
     if (m->slopes == NULL)
         return two_step_of(m->rho);

@@ -127,6 +127,8 @@ static void set_dense_weights(extended *x, long double theta, weights *w) {
     }
 }
 
+/* Writes the method as one table of `slots` rows in long double: stages, the slope at the end of the step, and the
+ * additional stages of the dense output. beta is a + gamma for Rosenbrock methods. */
 static void extend_table(const kt_method *m, extended *x) {
     const int s = m->stages, fresh = kt_method_fresh(m);
     x->method = m;

@@ -320,6 +320,7 @@ static kt_try_result radau_interpolate(kt_integrator *it, double t, double *y_ou
 
 /* ---- linear stability -------------------------------------------------------------------------------------------- */
 
+/* R(z) of Radau IIA with three stages: the Pade approximant of exp z with degrees 2 and 3. */
 static kt_status radau_function(const kt_method *method, int stages, kt_stability *out, kt_error *error) {
     static const double p[] = {1.0, 2.0 / 5.0, 1.0 / 20.0}, q[] = {1.0, -3.0 / 5.0, 3.0 / 20.0, -1.0 / 60.0};
     (void)method;

@@ -362,6 +362,7 @@ static kt_status stabilised_polynomial(const kt_method *method, int stages, kt_s
     return KT_OK;
 }
 
+/* R(z) = a + b T_s(w0 + w1 z), by the recursion of Chebyshev polynomials. */
 static kt_complex chebyshev_value(const kt_stability *s, kt_complex z) {
     const kt_complex x = {s->w0 + s->w1 * z.re, s->w1 * z.im};
     kt_complex t1 = {1.0, 0.0}, t = x;

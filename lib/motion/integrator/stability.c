@@ -107,6 +107,7 @@ typedef struct spectrum {
     double radius, duration, growth;
 } spectrum;
 
+/* The largest |lambda|, and its index. */
 static double largest_size(const kt_complex *lambda, size_t count, ptrdiff_t *index) {
     double radius = 0.0;
     for (size_t i = 0; i < count; i++) {

@@ -156,6 +156,7 @@ static const kt_method_family *active_family(const kt_integrator *it) { return k
 
 static bool is_stiff(const kt_integrator *it) { return it->table == &kt_method_radau5; }
 
+/* Changes between dopri5 and radau5. A slope at the present state stays available. */
 static void switch_to(kt_integrator *it, bool stiff) {
     const size_t before = it->fresh;
     if (stiff == is_stiff(it))

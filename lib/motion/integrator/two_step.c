@@ -58,6 +58,8 @@ static double two_step_gamma_of(const kt_integrator *it, double h) {
     return step_is_regular(it, h) ? kt_multistep_of(m).slopes[0] : m->a[m->stages * m->stages - 1];
 }
 
+/* Solves y_1 = past_1 y_0 + past_2 y_-1 + h (s_0 f(y_1) + s_1 f(y_0) + s_2 f(y_-1)). The start of Newton's method is
+ * the midpoint rule. */
 static kt_try_result solve_two_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const size_t n = it->sizes.n;
     const kt_multistep w = kt_multistep_of(it->method);
@@ -82,6 +84,7 @@ static kt_try_result two_step_try(kt_integrator *it, const kt_interval *in, kt_t
     return kt_dirk_try(it, in, regular ? solve_two_step : kt_dirk_stages, result);
 }
 
+/* Stores the state and the slope before the step, which the next step needs. */
 static void two_step_accept(kt_integrator *it) {
     const size_t n = it->sizes.n;
     double *past = past_state_of(it);

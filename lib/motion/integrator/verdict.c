@@ -28,6 +28,7 @@ static bool is_inside(const kt_stability *s, double re, double im) {
     return kt_stability_gain(s, (kt_complex){re, im}) <= 1.0 + ROUNDING;
 }
 
+/* Whether the left half plane lies in the region of stability, tested on the imaginary axis and on rays. */
 static bool left_half_is_inside(const kt_stability *s) {
     const double quarter = acos(0.0);
     for (int k = LEAST * GRAIN; k <= MOST * GRAIN; k++) {

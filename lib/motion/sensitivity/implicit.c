@@ -157,6 +157,7 @@ static void add_stage_block(const kt_step_work *w, kt_coupled c, size_t i, size_
             to[k * m + l] -= a * by_v[k * e + l] + twice * by_q[k * e + l];
 }
 
+/* Factors the matrix of the coupled stages c.first .. c.end - 1: a block of size `unknowns` for each pair of stages. */
 static kt_status factor_coupled(kt_step_work *w, kt_coupled c, kt_error *error) {
     const size_t count = c.end - c.first, m = w->unknowns, whole = count * m;
     memset(w->matrix, 0, whole * whole * sizeof *w->matrix);
@@ -452,6 +453,8 @@ static kt_status begin_implicit_stages(kt_step_work *w, kt_error *error) {
     return kt_step_slope(w, w->step->t, w->y, w->slope, error);
 }
 
+/* Solves the coupled stages. Starts from the slope of the stage before; iterates without a matrix if the problem is
+ * not stiff, otherwise by the simplified Newton method, and finally with damped steps if that converges slowly. */
 static kt_status solve_implicit_stages(kt_step_work *w, kt_coupled c, kt_error *error) {
     const size_t N = kt_state_numbers(w->model);
     bool done = false, slow = false;

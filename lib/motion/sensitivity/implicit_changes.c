@@ -25,6 +25,7 @@ typedef struct column {
     size_t next_q, next_v; /* strides from one stage to the next */
 } column;
 
+/* The columns of derivatives by the initial number k: of the start, of the rates and of the positions' changes. */
 static column change_column_of(const kt_step_work *w, size_t columns, size_t k) {
     const size_t Q = kt_padded_q(w->model), V = kt_padded_v(w->model);
     const bool plain = kt_is_plain(w->model);
@@ -213,6 +214,8 @@ static void solve_plain(kt_step_work *w, kt_coupled c, const double *s) {
     }
 }
 
+/* Solves the transposed equations of the coupled stages for the gradient s with respect to their slopes, and stores
+ * its parts by positions and velocities of each stage in by_stage. */
 static void solve_whole(kt_step_work *w, kt_coupled c, const double *s) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, N = nq + n, count = c.end - c.first;

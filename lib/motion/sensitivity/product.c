@@ -86,6 +86,7 @@ KT_INLINE void eliminate(pair *row, size_t count, const double *factor, ptrdiff_
     row[0] = a, row[1] = b, row[2] = c, row[3] = d;
 }
 
+/* Solves L U x = P x for eight right-hand sides at once. The diagonal of `lu` holds reciprocals. */
 void KT_KERNEL(kt_solve_lanes)(const double *lu, size_t n, const int *pivot, kt_v8 *x) {
     pair *row = (pair *)(void *)x;
     const ptrdiff_t stride = (ptrdiff_t)n;

@@ -78,6 +78,8 @@ static kt_status apply_mass_to_basis(kt_projection_work *w, const double *q, boo
     return kt_inertia_reject("derivatives", error);
 }
 
+/* Factors the equations at q for the derivatives of a projection. Rejects a singular position, where there are no
+ * derivatives. */
 static kt_status factor_along(kt_projection_work *w, kt_rows rows, const double *q, bool mass, kt_error *error) {
     const kt_model *model = w->model;
     (void)kt_kkt_init(&w->kkt, w->factors, model, w->data);
@@ -96,6 +98,8 @@ static kt_status factor_projected(kt_projection_work *w, kt_rows rows, const dou
     return status == KT_OK ? apply_mass_to_basis(w, q, mass, error) : status;
 }
 
+/* Replaces x by the solution with A x = e that is nearest to x, in the metric of the coordinates or, with `mass`, of
+ * the mass matrix. */
 static void solve_dense(const kt_projection_work *w, bool mass, const double *e, double *x) {
     const size_t n = w->n, r = (size_t)w->qr.rank;
     double *y = w->work, *z = y + r, *across = w->work + n;
@@ -199,6 +203,7 @@ typedef struct linear_step {
     bool fast;  /* velocities: dv is closed, too */
 } linear_step;
 
+/* Lists the nonzero entries of the matrices that the products use. */
 static void find_matrices(kt_projection_work *w, linear_step step) {
     const size_t n = w->n, p = w->p;
     if (step.moves) {

@@ -192,6 +192,7 @@ static void save_lane_states(lanes_work *w, size_t index) {
     memcpy(w->after + index * N, w->next, N * sizeof *w->next);
 }
 
+/* Restores a step from the checkpoint `index`: its stages from their accelerations, and the state at its end. */
 static void recall(lanes_work *w, int k, size_t index, const double *state) {
     const size_t one = w->n.W * w->n.n, N = w->n.W * w->n.N;
     begin_lanes_step(w, k);

@@ -60,6 +60,8 @@ static kt_status respond_to_stage(kt_step_work *w, double t, const double *q, co
     return kt_tree_respond(w->model, w->data, q, w->inverse, by_tau, error);
 }
 
+/* The gradient of mu . a of one stage by positions, velocities and joint forces, by one backward sweep over the
+ * links: a gradient of inverse dynamics with the weights M^-1 mu. */
 static kt_status sweep_stage(kt_step_work *w, size_t stage, const double *mu, kt_error *error) {
     const size_t nq = w->model->n.q, n = w->model->n.v, N = nq + n;
     const double *q = w->stage + stage * N, *v = q + nq, *a = w->slope + stage * N + nq;
@@ -80,6 +82,7 @@ static kt_status sweep_stage(kt_step_work *w, size_t stage, const double *mu, kt
     return status;
 }
 
+/* The same as sweep_stage by columns: multiplies mu by the stage's Jacobians. */
 static kt_status multiply_stage_adjoint(kt_step_work *w, size_t stage, const double *mu, kt_error *error) {
     const size_t n = w->model->n.v;
     const kt_status status = kt_step_differentiate(w, stage, true, NULL, error);

@@ -57,6 +57,7 @@ static void form_plain(kt_step_work *w) {
         w->matrix[l] = (l % (e + 1) == 0 ? 1.0 : 0.0) - g * (w->by_v[l] + g * w->by_q[l]);
 }
 
+/* Factors the matrix 1 / (gamma h) - J that all stages of a step share. */
 static kt_status factor_shifted(kt_step_work *w, kt_error *error) {
     if (kt_is_plain(w->model))
         form_plain(w);
@@ -125,6 +126,7 @@ static void combine_stage_solutions(const kt_step_work *w, const double *weights
         kt_add_times(out, weights[j], w->increment + j * N, N);
 }
 
+/* Solves stage i: (1 / (gamma h) - J) u_i = f(y_i) + sum_j c_ij u_j / h + gamma_i f_t. */
 static kt_status solve_stage(kt_step_work *w, size_t i, kt_error *error) {
     const kt_rosenbrock *table = differentiated_table_of(w);
     const size_t N = kt_state_numbers(w->model);
@@ -247,6 +249,8 @@ static kt_status add_stage(kt_step_work *w, size_t i, size_t held, kt_error *err
     return KT_OK;
 }
 
+/* Differentiates the equation of stage i by the columns: the same matrix, and the derivatives of its right-hand
+ * side. */
 static kt_status change_stage(kt_step_work *w, size_t i, size_t held, kt_error *error) {
     const size_t columns = w->states + held, N = kt_state_numbers(w->model);
     memset(w->right, 0, columns * N * sizeof *w->right);

@@ -128,6 +128,7 @@ void kt_step_finish(kt_step_work *w) {
     kt_combine_rows(w->next, w->y, w->step->h, w->step->method->b, w->stages, w->slope, kt_state_numbers(w->model));
 }
 
+/* Evaluates all stages of an explicit step, and the state at its end. */
 static kt_status explicit_stages(kt_step_work *w, const double *q, const double *v, kt_error *error) {
     kt_step_start(w, q, v);
     for (size_t i = 0; i < w->stages; i++) {

@@ -112,6 +112,8 @@ static double error_over_tolerance(const kt_simulation *simulation, double start
     return fmax(fabs(difference), 2.0 * tail) / kt_scale_of(o->absolute_tolerance, relative, start, turned);
 }
 
+/* The error of the work over a panel, relative to the tolerance: from the difference of the Kronrod and the Gauss
+ * sum, and from the last two terms of the expansion. */
 static double panel_error_of(const kt_simulation *simulation, const kt_work_panel *panel, const kt_power power[NODES]) {
     const double half = 0.5 * (panel->to - panel->from);
     const kt_work *b = panel->b + KT_PANEL_TERMS - 2;

@@ -40,6 +40,8 @@ static bool motion_can_reach(const kt_simulation *simulation, const double *y) {
            state_distance(y + nq, y0 + nq, nv) <= leeway * (turn + speed + path / h) + rounding;
 }
 
+/* Interpolates between both ends of the last step: positions by the cubic with the velocities as slopes, all other
+ * numbers by a straight line. Positions with quaternions are interpolated by a straight line, too. */
 static void join_auxiliary_states(const kt_simulation *simulation, double t, double *y) {
     const kt_integrator *it = simulation->integrator;
     const size_t nq = simulation->size.nq, cubic = simulation->size.quaternion == 0 ? nq : 0;

@@ -72,6 +72,7 @@ static size_t curves_of(const kt_model *model) {
     return model->n.loop + 3 * model->n.effect + time_parts_of(model) + kt_mass_curve_count(model);
 }
 
+/* Function of time number k of the model: those of loops, effects (three each), formulas and masses. */
 static const kt_curve *curve_at(const kt_model *model, size_t k) {
     if (k < model->n.loop)
         return &model->loop[k].curve;

@@ -55,6 +55,7 @@ void kt_simulation_begin_change(kt_simulation *simulation) {
 #undef KT_UNDO_COPY
 }
 
+/* Restores everything that a change which failed may have altered, from the copy in simulation->undo. */
 static void undo_change(kt_simulation *simulation) {
     const kt_simulation_sizes *size = &simulation->size;
     kt_data *data = simulation->data;

@@ -424,6 +424,7 @@ static void form_state(const kt_simulation *s, kt_complex sigma, size_t j, vecto
     set_entry(to, n + j, kt_complex_add(get_entry(to, n + j), sigma));
 }
 
+/* Forms and factors Newton's matrix at the shift sigma, column by column: velocities first, then auxiliary states. */
 static int factor_newton(kt_complex sigma, void *user) {
     kt_simulation *s = user;
     const bool complex = sigma.im != 0.0;
