@@ -143,7 +143,7 @@ KT_INLINE bool kt_are_neighbours(const int32_t *place) {
 }
 
 /* Replaces the results for angles beyond the limit with the results of libm. */
-static void take_large(const double *q, const int32_t *angle, size_t count, double *sine, double *cosine) {
+static void replace_large(const double *q, const int32_t *angle, size_t count, double *sine, double *cosine) {
     for (size_t k = 0; k < count; k++) {
         const double x = q[angle[k]];
         if (!(fabs(x) <= KT_SINCOS_LIMIT)) {
@@ -187,5 +187,5 @@ void kt_sincos_gather(const double *q, const int32_t *angle, size_t count, doubl
     for (int k = 0; k < LANES; k++)
         beyond |= left[k];
     if (beyond < 0)
-        take_large(q, angle, count, sine, cosine);
+        replace_large(q, angle, count, sine, cosine);
 }

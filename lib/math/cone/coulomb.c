@@ -307,7 +307,7 @@ static bool stick_within_cones(const kt_coulomb *c, kt_coulomb_solution *to) {
         return false;
     kt_rest_find_margin(rest);
     kt_rest_find_least(rest);
-    to->shares = rest->ways > 0;
+    to->shares = rest->nullity > 0;
     for (int i = 0; i < rows; i++)
         to->p[c->nonzero[i]] = kt_rest_force(rest, i);
     const double weak = kt_rest_exact * rest->unit;

@@ -36,7 +36,7 @@ size_t kt_rest_size(size_t rows, size_t columns) { return lay_out_rest(NULL, row
 kt_rest *kt_rest_init(size_t rows, size_t columns, void *memory) {
     kt_rest *rest = memory;
     (void)lay_out_rest(memory, rows, columns);
-    rest->n = rest->rows = rest->rank = rest->ways = 0;
+    rest->n = rest->rows = rest->rank = rest->nullity = 0;
     rest->columns = (int)columns;
     rest->unit = rest->margin = 0.0;
     return rest;
@@ -70,7 +70,7 @@ static void normalise_vector(kt_rest *rest, int n, double square) {
 }
 
 /* Writes the longest remaining column of A' to vector n of the basis. Returns the square of its length. */
-static double take_longest_column(kt_rest *rest, int n) {
+static double copy_longest_column(kt_rest *rest, int n) {
     double most = 0.0, *z = rest->basis + n * rest->rows;
     int longest = 0;
     for (int j = 0; j < rest->columns; j++) {
@@ -103,7 +103,7 @@ static void find_range(kt_rest *rest) {
     double first = 0.0;
     memcpy(rest->work, rest->matrix, (size_t)(rest->rows * rest->columns) * sizeof *rest->work);
     for (rest->rank = 0; rest->rank < rest->rows && rest->rank < rest->columns; rest->rank++) {
-        const double square = take_longest_column(rest, rest->rank);
+        const double square = copy_longest_column(rest, rest->rank);
         first = rest->rank == 0 ? square : first;
         if (!(square > dependent * dependent * first))
             break;
@@ -113,8 +113,8 @@ static void find_range(kt_rest *rest) {
 }
 
 /* Completes the basis with unit vectors, in each step the unit vector that is farthest from the basis. */
-static void find_ways(kt_rest *rest) {
-    rest->ways = rest->rows - rest->rank;
+static void find_null_space(kt_rest *rest) {
+    rest->nullity = rest->rows - rest->rank;
     for (int n = rest->rank; n < rest->rows; n++) {
         double least = HUGE_VAL, *z = rest->basis + n * rest->rows;
         int farthest = 0;
@@ -144,7 +144,7 @@ static void scale_rows(kt_rest *rest, bool columns) {
 }
 
 /* Determines `unit`, and expresses forces and limits in this unit. */
-static void take_unit(kt_rest *rest) {
+static void choose_unit(kt_rest *rest) {
     rest->unit = 0.0;
     for (int i = 0; i < rest->rows; i++)
         rest->unit = fmax(rest->unit, fabs(rest->p[i]));
@@ -161,7 +161,7 @@ static void take_unit(kt_rest *rest) {
 void kt_rest_begin(kt_rest *rest) {
     scale_rows(rest, false);
     find_range(rest);
-    find_ways(rest);
+    find_null_space(rest);
     for (int i = 0; i < rest->rows; i++)
         rest->p[i] *= rest->scale[i];
     for (int n = rest->rank; n < rest->rows; n++) {
@@ -169,7 +169,7 @@ void kt_rest_begin(kt_rest *rest) {
         for (int i = 0; i < rest->rows; i++)
             rest->p[i] -= along * z[i];
     }
-    take_unit(rest);
+    choose_unit(rest);
 }
 
 /* Solves Q'A Q y = Q'c with the basis Q of the range, and writes Q y to p, which is c at first. */
@@ -198,11 +198,11 @@ bool kt_rest_begin_symmetric(kt_rest *rest) {
     assert(rest->columns == rest->rows);
     scale_rows(rest, true);
     find_range(rest);
-    find_ways(rest);
+    find_null_space(rest);
     for (int i = 0; i < rest->rows; i++)
         rest->p[i] /= rest->scale[i];
     const bool solves = solve_in_range(rest);
-    take_unit(rest);
+    choose_unit(rest);
     return solves;
 }
 
@@ -296,13 +296,13 @@ static double change_of_value(const kt_rest *rest, const target *of, double part
 }
 
 /* Writes the part of each unknown in an item, four numbers each: its forces along Z, and t. */
-static void take_local_columns(const kt_rest *rest, const kt_rest_item *item, int n) {
+static void copy_local_columns(const kt_rest *rest, const kt_rest_item *item, int n) {
     const int forces = item->type == KT_REST_CONE ? 3 : 1;
     memset(rest->local, 0, 4 * (size_t)n * sizeof *rest->local);
-    for (int j = 0; j < rest->ways; j++)
+    for (int j = 0; j < rest->nullity; j++)
         memcpy(rest->local + 4 * j, rest->basis + (rest->rank + j) * rest->rows + item->row,
                (size_t)forces * sizeof *rest->local);
-    if (n > rest->ways)
+    if (n > rest->nullity)
         rest->local[4 * n - 1] = 1.0;
 }
 
@@ -310,7 +310,7 @@ static void take_local_columns(const kt_rest *rest, const kt_rest_item *item, in
 static void add_item_derivatives(kt_rest *rest, int n, const kt_rest_item *item, double t) {
     double g[4], h[16], column[4];
     differentiate_barrier(item, rest->p, t, g, h);
-    take_local_columns(rest, item, n);
+    copy_local_columns(rest, item, n);
     for (int j = 0; j < n; j++) {
         const double *x = rest->local + 4 * j;
         rest->step[j] -= g[0] * x[0] + g[1] * x[1] + g[2] * x[2] + g[3] * x[3];
@@ -325,16 +325,16 @@ static void add_item_derivatives(kt_rest *rest, int n, const kt_rest_item *item,
 
 /* Newton's step of x and t. Returns the square of its length in the metric of F; 0: there is none. */
 static double find_newton_step(kt_rest *rest, const target *of, double t) {
-    const int n = rest->ways + of->moves;
+    const int n = rest->nullity + of->moves;
     memset(rest->hessian, 0, (size_t)(n * n) * sizeof *rest->hessian);
     const double square = of->moves ? 1.0 : of->tau;
-    for (int j = 0; j < rest->ways; j++) {
+    for (int j = 0; j < rest->nullity; j++) {
         rest->step[j] = -square * kt_dense_dot(rest->basis + (rest->rank + j) * rest->rows, rest->p, rest->rows);
         rest->hessian[j * n + j] = square;
     }
     if (of->moves) {
         const double left = kt_rest_cap - t;
-        rest->step[rest->ways] = of->tau - 1.0 / left;
+        rest->step[rest->nullity] = of->tau - 1.0 / left;
         rest->hessian[n * n - 1] = 1.0 / (left * left);
     }
     for (int k = 0; k < rest->n; k++)
@@ -352,12 +352,12 @@ static double find_newton_step(kt_rest *rest, const target *of, double t) {
 /* Takes a part of the step that lowers tau f + F. Returns whether there is one. */
 static bool take_newton_step(kt_rest *rest, const target *of, double *t, double square) {
     memset(rest->change, 0, (size_t)rest->rows * sizeof *rest->change);
-    for (int j = 0; j < rest->ways; j++)
+    for (int j = 0; j < rest->nullity; j++)
         for (int i = 0; i < rest->rows; i++)
             rest->change[i] += rest->step[j] * rest->basis[(rest->rank + j) * rest->rows + i];
     for (int k = 0; k < HALVINGS; k++) {
         const double part = ldexp(1.0, -k);
-        const double next = *t + (of->moves ? part * rest->step[rest->ways] : 0.0);
+        const double next = *t + (of->moves ? part * rest->step[rest->nullity] : 0.0);
         for (int i = 0; i < rest->rows; i++)
             rest->next[i] = rest->p[i] + part * rest->change[i];
         if (!(change_of_value(rest, of, part, *t, next) <= -1e-3 * part * square))
@@ -391,7 +391,7 @@ bool kt_rest_bounds_margin(const kt_rest *rest, int item) {
 void kt_rest_find_margin(kt_rest *rest) {
     const double margin = margin_of_all(rest, rest->p);
     rest->margin = fmin(margin, kt_rest_cap);
-    if (rest->unit == 0.0 || rest->ways == 0 || rest->margin == kt_rest_cap)
+    if (rest->unit == 0.0 || rest->nullity == 0 || rest->margin == kt_rest_cap)
         return;
     double t = rest->margin - 1.0;
     const double tau = follow_path(rest, true, &t);
@@ -402,6 +402,6 @@ void kt_rest_find_margin(kt_rest *rest) {
 
 void kt_rest_find_least(kt_rest *rest) {
     double t = 0.0;
-    if (rest->unit > 0.0 && rest->ways > 0 && rest->margin > kt_rest_exact && rest->margin < kt_rest_cap)
+    if (rest->unit > 0.0 && rest->nullity > 0 && rest->margin > kt_rest_exact && rest->margin < kt_rest_cap)
         (void)follow_path(rest, false, &t);
 }

@@ -57,7 +57,7 @@ typedef struct kt_rest_item {
 
 typedef struct kt_rest {
     int n, rows, columns; /* items; forces; equations */
-    int rank, ways;       /* dimensions of the range, and of Z */
+    int rank, nullity;    /* dimensions of the range, and of Z */
     double unit;          /* the largest force of p0, in the scaled norm */
     double margin;        /* the largest t, relative to `unit` */
     KT_ARENA_DECLARE(KT_REST_FIELDS)

@@ -195,7 +195,7 @@ uint64_t kt_state_hash(const kt_model *model, const double *q, const double *v) 
     return hash_numbers(hash_numbers(14695981039346656037U, q, model->n.q), v ? v : model->zero, model->n.v);
 }
 
-static void take_links(const kt_model *model, const kt_data *data, kt_link_kinematics *links) {
+static void copy_links(const kt_model *model, const kt_data *data, kt_link_kinematics *links) {
     for (size_t i = 0; i < model->n.link; i++) {
         const kt_link_motion *m = &data->motion[i];
         const kt_link_origin *at = &data->origin[i];
@@ -220,7 +220,7 @@ kt_status kt_links_update(const kt_model *model, kt_data *data, const double *q,
         (posed ? kernels->follow : kernels->kinematics)(model, data, q, v ? v : model->zero, a ? a : model->zero);
     if (!failed) {
         if (links)
-            take_links(model, data, links);
+            copy_links(model, data, links);
         if (links == data->kinematics)
             data->state = kt_state_hash(model, q, v);
         return KT_OK;
@@ -238,7 +238,7 @@ kt_status kt_kinematics_update(const kt_model *model, kt_data *data, const doubl
 
 void kt_links_sweep(const kt_model *model, kt_data *data, const double *q, const double *v, kt_link_kinematics *links) {
     (void)model->kernels->kinematics(model, data, q, v, model->zero);
-    take_links(model, data, links);
+    copy_links(model, data, links);
 }
 
 void kt_force_frames_sweep(const kt_model *model, kt_data *data, const double *q, const double *v) {

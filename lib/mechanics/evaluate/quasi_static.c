@@ -208,6 +208,8 @@ static balance begin_balance(const kt_model *model, kt_data *data, const kt_dyna
     return b;
 }
 
+/* Finds y, then s, then u of the equations above: positions along springs, speeds along dampers, and the speeds of
+ * coordinates that only springs hold. */
 kt_status kt_massless_solve(const kt_model *model, kt_data *data, const kt_dynamic_state *at, kt_error *error) {
     const size_t n = model->n.massless, nv = model->n.v;
     balance b = begin_balance(model, data, at);

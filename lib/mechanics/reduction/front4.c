@@ -57,7 +57,7 @@ KT_INLINE void apply_link_inertia(front4 *s, const kt_planar_inertia *x, const f
 
 /* Takes a link, whose coordinate is parameter n, and adds its energy and its force; without tau, the square of the
  * coordinate. */
-KT_INLINE void take_link(front4 *s, const kt_front_step *step, int n, const double *tau, bool has_armature) {
+KT_INLINE void add_front4_link(front4 *s, const kt_front_step *step, int n, const double *tau, bool has_armature) {
     const int32_t k = kt_planar_index_shift(s->f.model, step->link);
     const kt_planar_link *link = &s->f.model->planar[k];
     const kt_planar_motion *m = &s->f.data->planar[k];
@@ -224,7 +224,7 @@ KT_INLINE bool advance(front4 *s, int at, const double *usual, const double *tau
     kt_front4_step *kept = &s->kept[at];
     kt_v4 d[KT_FRONT4_ROWS];
     double e[KT_FRONT4_ROWS];
-    take_link(s, step, *n, tau, has_armature);
+    add_front4_link(s, step, *n, tau, has_armature);
     kept->params = ++*n;
     kept->rank = complete_loops(s, step, d, e);
     for (int i = step->last_use; i < step->last_use + step->last_use_count; i++)

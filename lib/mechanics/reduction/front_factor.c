@@ -22,8 +22,9 @@ KT_INLINE void extend(const kt_front *f, int n, int more) {
     }
 }
 
-/* T_i = [shift(T_parent) S_i], the parent's with n parameters. */
-KT_INLINE void take_link(kt_front *f, const kt_front_step *step, const double *s, int dofs, int n, double *kept) {
+/* Writes the vectors of a link, T_i = [shift(T_parent) S_i], whose parent has n parameters. The link becomes active. */
+KT_INLINE void form_link_vectors(kt_front *f, const kt_front_step *step, const double *s, int dofs, int n,
+                                 double *kept) {
     const int c = f->components, width = f->width, all = n + dofs;
     const kt_v4 r = kt_front_offset(f, step->link);
     const double *up = step->up < 0 ? NULL : kt_front_vector(f, step->up);
@@ -321,7 +322,7 @@ KT_INLINE bool factor_step(kt_front *f, int s, const front_goal *goal, found *at
     extend(f, at->params, dofs);
     *count = (kt_front_count){.params = n, .first = at->pivots};
     kt_front_factor_find(f, s, &x);
-    take_link(f, step, own, dofs, at->params, x.motion);
+    form_link_vectors(f, step, own, dofs, at->params, x.motion);
     take_terms(f, step, at->params);
     count->rows = complete_loops(f, step, n, x.rows, pivot);
     if (count->rows)

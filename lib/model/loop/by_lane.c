@@ -2,7 +2,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/by_lane.h"
 
-static kt_v4 take3(const double *x, size_t width) { return (kt_v4){x[0], x[width], x[2 * width], 0.0}; }
+static kt_v4 load_vector(const double *x, size_t width) { return (kt_v4){x[0], x[width], x[2 * width], 0.0}; }
 
 static void put3(kt_v4 a, size_t width, double *x) {
     for (size_t k = 0; k < 3; k++)
@@ -10,12 +10,12 @@ static void put3(kt_v4 a, size_t width, double *x) {
 }
 
 /* x: the lane's first number. */
-static void take_end(const double *x, size_t width, kt_loop_end *end) {
+static void load_loop_end(const double *x, size_t width, kt_loop_end *end) {
     for (size_t k = 0; k < 3; k++)
-        end->axes[k] = take3(x + 3 * k * width, width);
-    end->point = take3(x + 9 * width, width);
-    end->omega = take3(x + 12 * width, width);
-    end->velocity = take3(x + 15 * width, width);
+        end->axes[k] = load_vector(x + 3 * k * width, width);
+    end->point = load_vector(x + 9 * width, width);
+    end->omega = load_vector(x + 12 * width, width);
+    end->velocity = load_vector(x + 15 * width, width);
     end->turn = x[18 * width];
     end->alpha = end->linear = kt_v4_splat(0.0);
 }
@@ -35,7 +35,7 @@ int KT_KERNEL(kt_loop_evaluate_by_lane)(const kt_loop_record *loop, const double
         kt_loop_end end[2];
         kt_loop_row rows[KT_LOOP_ROW_MAX];
         for (int k = 0; k < 2; k++)
-            take_end(at->end[k] + lane, at->width, &end[k]);
+            load_loop_end(at->end[k] + lane, at->width, &end[k]);
         count = KT_KERNEL(kt_loop_kinds)[loop->kind]->evaluate(loop, numbers, end, at->t[lane], rows);
         *flags = 0;
         for (int r = 0; r < count; r++) {

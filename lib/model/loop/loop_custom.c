@@ -101,7 +101,8 @@ static bool difference_rows(const kt_loop_record *loop, double t, const kt_loop_
     return fine;
 }
 
-/* The motion at constant u and w, and the step along this motion. */
+/* The direction of the present motion, with constant velocities and the time. *step becomes the length of a step that
+ * turns or moves by about `part`. */
 static direction onwards(const kt_loop_motion *m, double part, double *step) {
     *step = part / fmax(1.0, kt_vec3_norm(m->omega) + kt_vec3_norm(m->velocity) / arm_of(m));
     return (direction){.d = m->velocity, .angle = m->omega, .time = 1.0};

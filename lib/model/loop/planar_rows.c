@@ -30,7 +30,7 @@ typedef struct sheet {
     kt_planar_loop *flat;
 } sheet;
 
-static void take_angle(const sheet *s, double cosine, double sine) {
+static void set_planar_angle(const sheet *s, double cosine, double sine) {
     const double norm = sqrt(cosine * cosine + sine * sine);
     s->flat->c = cosine / norm;
     s->flat->s = sine / norm;
@@ -64,9 +64,9 @@ static int lie_of_axes(const sheet *s) {
     return fabs(e.z) <= s->direction && fabs(f.z) <= s->direction ? 2 : 0;
 }
 
-static void take_angle_of_axes(const sheet *s) {
+static void set_angle_of_axes(const sheet *s) {
     const kt_vec3 e = s->end[0].rotation.z, f = s->end[1].rotation.z;
-    take_angle(s, e.x * f.x + e.y * f.y, e.x * f.y - e.y * f.x);
+    set_planar_angle(s, e.x * f.x + e.y * f.y, e.x * f.y - e.y * f.x);
 }
 
 /* The row of a tilt about x or y: an angle in the plane if the axes lie in it. If they are normal to the plane, no
@@ -77,7 +77,7 @@ static bool lay_tilt(const sheet *s, int k, kt_planar_row *row) {
         return s->end[0].rotation.z.z * s->end[1].rotation.z.z > 0.0;
     if (lie == 0)
         return false;
-    take_angle_of_axes(s);
+    set_angle_of_axes(s);
     lay_turn(s, k, row);
     return true;
 }
@@ -92,7 +92,7 @@ static bool lay_parallel(const sheet *s, int k, kt_planar_row *row) {
         cosine += e.x * f.x + e.y * f.y;
         sine += e.x * f.y - e.y * f.x;
     }
-    take_angle(s, cosine, sine);
+    set_planar_angle(s, cosine, sine);
     lay_turn(s, k, row);
     return true;
 }
@@ -104,7 +104,7 @@ static bool lay_normal(const sheet *s, kt_planar_row *row) {
     if (lie_of_axes(s) != 2)
         return (length_in_plane(e) <= s->direction && fabs(f.z) <= s->direction) ||
                (length_in_plane(f) <= s->direction && fabs(e.z) <= s->direction);
-    take_angle_of_axes(s);
+    set_angle_of_axes(s);
     row->kind = KT_PLANAR_ROW_ORTHOGONAL;
     return true;
 }

@@ -369,7 +369,7 @@ static bool is_gentle(const kt_step_work *w, kt_coupled c) {
 }
 
 /* Restores the guess and its residual. */
-static void take_guess(kt_step_work *w, kt_coupled c) {
+static void restore_guess(kt_step_work *w, kt_coupled c) {
     const size_t n = w->model->n.v, m = w->unknowns, count = c.end - c.first, rates = rates_of(w);
     move_slopes(w, c, 0.0, w->guess, w->guess);
     memcpy(w->correction, w->taken, count * m * sizeof *w->taken);
@@ -397,7 +397,7 @@ static kt_status solve_without(kt_step_work *w, kt_coupled c, bool *done, kt_err
         size = status == KT_OK ? slope_size_of(w, c, w->correction) : HUGE_VAL;
         theta = last > 0.0 ? size / last : 0.0;
         if (!(theta <= QUICK || k > 0) || status != KT_OK) {
-            take_guess(w, c);
+            restore_guess(w, c);
             return KT_OK;
         }
     }

@@ -261,7 +261,7 @@ static void store_turning(kt_simulation *s, const double *y) {
     }
 }
 
-/* K Z and C Z. */
+/* K Z and C Z: stiffness and damping along the free directions Z that loops leave (newton->along). */
 static void reduce_along(kt_simulation *s) {
     const size_t nv = s->size.nv, free = s->size.free;
     memset(s->newton->along, 0, 2 * s->size.along * sizeof *s->newton->along);

@@ -163,6 +163,8 @@ static void rotate_articulated(kt_graph *g, const kt_code_frame *f, bool to_rest
     x->f = to_rest ? kt_code_to_rest(g, f, x->f) : kt_code_rest_up(g, f, x->f);
 }
 
+/* Writes the code that eliminates the joint of a link, and adds the articulated inertia and wrench to the parent, in
+ * its axes and about its origin. */
 static void give_to_parent(kt_code_tree *tree, int i, code_body *all, kt_code_guard *guard) {
     kt_graph *g = tree->graph;
     const kt_code_link *l = &tree->link[i];
@@ -219,6 +221,7 @@ static void respond_kind(kt_code_tree *tree, int i, bool turns, const code_body 
     }
 }
 
+/* Writes the code for the accelerations of a link, from those of its parent. */
 static void respond_body(kt_code_tree *tree, int i, code_body *all, kt_op *a) {
     kt_graph *g = tree->graph;
     const kt_code_link *l = &tree->link[i];

@@ -146,12 +146,13 @@ const char *kt_codegen_meaning(int k) { return KT_IS_INDEX(k, KT_CODEGEN_COUNT) 
 
 /* ---- header ------------------------------------------------------------------------------------------------------ */
 
-/* Whether a function has forces of effects, or rates of auxiliary states; or equations of loops. Such a function has
- * the time as an argument if these depend on time. With effects, the function also has the auxiliary states, if any. */
+/* Whether a function evaluates effects: their forces, or rates of auxiliary states. Such a function has the time as an
+ * argument if these depend on time, and the auxiliary states, if there are some. */
 static bool has_code_effects(int k) {
     return kind_of(k)->is_step || k == KT_CODEGEN_EFFECTS_INDEX || k == KT_CODEGEN_STATES_INDEX ||
            k == KT_CODEGEN_EFFECT_DERIVATIVES_INDEX;
 }
+/* Whether a function evaluates equations of loops. */
 static bool has_equations(int k) {
     return kind_of(k)->is_step || k == KT_CODEGEN_FORWARD_INDEX || k == KT_CODEGEN_FORWARD_DERIVATIVES_INDEX ||
            k == KT_CODEGEN_LOOPS_INDEX || k == KT_CODEGEN_PROJECT_INDEX || k >= KT_CODEGEN_COUNT;

@@ -205,6 +205,7 @@ typedef struct code_contact {
     kt_op3 n, apart; /* apart: from the plane's point to the centre */
 } code_contact;
 
+/* The numbers of a contact as operations: a number of the model, or a parameter of the code. */
 static code_contact numbers_of_contact(const code_effect *e) {
     kt_graph *g = graph_of(e);
     const kt_effect_record *r = e->record;
@@ -382,6 +383,8 @@ static kt_op3 map_moment(const code_effect *e, kt_op3 theta, kt_op3 u) {
     return kt_op3_add(g, kt_op3_add(g, u, half), second);
 }
 
+/* A bushing in the axes of the first end: springs act on the distance d and on the Euler vector theta, dampers on
+ * their rates. The moment on the first end includes that of the force at the second end. */
 static void bushing_between(code_effect *e) {
     kt_graph *g = graph_of(e);
     const kt_effect_record *r = e->record;

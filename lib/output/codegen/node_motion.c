@@ -4,6 +4,7 @@
 
 /* ---- energy ------------------------------------------------------------------------------------------------------ */
 
+/* Writes the code for the velocities of a link in its own axes, from those of its parent. */
 static void speed_link(kt_code_tree *tree, int i, kt_code_speed *all) {
     kt_graph *g = tree->graph;
     const kt_code_link *l = &tree->link[i];

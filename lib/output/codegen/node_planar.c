@@ -203,6 +203,7 @@ static void pass_flat_joint(kt_graph *g, const flat_pivot *u, kt_op2 p, code_fla
     x->gain = ratio;
 }
 
+/* Writes the code that eliminates the joint of a link in a plane, and adds its inertia and wrench to the parent. */
 static void give_flat(kt_code_tree *tree, int i, code_flat *all, kt_code_guard *guard) {
     kt_graph *g = tree->graph;
     const kt_code_link *l = &tree->link[i];

@@ -91,6 +91,8 @@ static void list_around(const kt_triangles *mesh, int *first, int *list) {
     first[mesh->vertex_count] = 3 * mesh->triangle_count;
 }
 
+/* The normal at a corner of a triangle: the mean over the triangles around the vertex, weighted with their areas.
+ * Triangles beyond a crease are left out, so that edges stay sharp. */
 static kt_vec3 corner_normal(const kt_triangles *mesh, const int *first, const int *list, int triangle, int vertex) {
     const kt_vec3 own = triangle_area_of(mesh, triangle), n = unit(own);
     kt_vec3 sum = kt_vec3_make(0.0, 0.0, 0.0);

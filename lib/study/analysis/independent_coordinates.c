@@ -51,6 +51,7 @@ typedef struct elimination {
     double first, last;   /* the first pivot and the smallest one */
 } elimination;
 
+/* Finds the column with the largest weighted entry of a row, among the columns that are no pivots yet. */
 static void find_candidate(const elimination *e, size_t row) {
     candidate *best = &e->candidate[row];
     best->weighted = 0.0;
@@ -167,6 +168,7 @@ static void scale_row(kt_linearization *l, size_t row, double could_be) {
         l->equation[c * rows + row] = counts ? l->equation[c * rows + row] / largest : 0.0;
 }
 
+/* Divides each equation by its scale, so that pivots of different equations are comparable. */
 static void scale_coordinates(kt_linearization *l) {
     const kt_model *model = l->model;
     for (size_t i = 0; i < model->n.loop; i++) {
@@ -180,6 +182,7 @@ static void scale_coordinates(kt_linearization *l) {
     }
 }
 
+/* Marks the equations that restrict positions, not only velocities. */
 static void find_holonomic(kt_linearization *l) {
     const kt_model *model = l->model;
     for (size_t i = 0; i < model->n.loop; i++) {

@@ -66,6 +66,8 @@ static size_t moving_of(const kt_linear_system *system) {
     return (size_t)system->positions + (size_t)system->velocities;
 }
 
+/* Differentiates by each free position, each free velocity and each auxiliary state. Each is one column of the
+ * system. */
 static kt_status differentiate_probes(kt_linearization *l, const kt_linear_system *system, kt_error *error) {
     const size_t nv = l->size.v, positions = (size_t)system->positions;
     kt_status status = KT_OK;

@@ -17,6 +17,7 @@
 
 #include <math.h>
 
+/* The velocities of the markers in world axes, at the state l->q and l->v. */
 static kt_status probe_markers(kt_linearization *l, double *out, kt_error *error) {
     if (l->size.markers == 0)
         return KT_OK;
@@ -40,6 +41,9 @@ kt_status kt_probe_force(kt_linearization *l, const double *q, double *a, kt_err
     return status;
 }
 
+/* A sample for differences, at the distance `step` from the state along l->direction, with closed loops: the changes
+ * of positions and velocities, the accelerations (or M a), the velocities of markers, and the rates of auxiliary
+ * states. */
 static kt_status probe(kt_linearization *l, double step, double *out, kt_error *error) {
     const size_t nv = l->size.v;
     for (size_t i = 0; i < nv; i++) {

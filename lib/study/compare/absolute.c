@@ -179,6 +179,7 @@ static bool is_oblique(const kt_absolute_joint *j) {
     return fabs(kt_vec3_dot(j->axes.triad.z, j->axes.second)) > 4.0 * DBL_EPSILON;
 }
 
+/* Adds the loop that replaces a joint of the tree, between the body and its parent. */
 static void close_joint(loosen *w, const kt_body *body, kt_absolute_joint *j, int32_t self) {
     const kt_joint *joint = &body->joint;
     const kt_loop_type type = kt_joint_kinds[joint->type]->loop;

@@ -185,6 +185,7 @@ static kt_status find_coarsest(kt_ladder *ladder, double *steps, kt_accuracy_poi
     return status;
 }
 
+/* Halves the step, point by point, until further points add nothing, or a run fails or takes too long. */
 static kt_status refine(kt_ladder *ladder, kt_error *error) {
     kt_accuracy_curve *curve = ladder->curve;
     const kt_accuracy_point *points = ladder->points;
@@ -214,6 +215,8 @@ static kt_status refine(kt_ladder *ladder, kt_error *error) {
     return status;
 }
 
+/* The curve of a method with fixed steps: finds the coarsest step that works, searches between this step and the
+ * longer one that failed if the error may still be usable there, and refines. */
 static kt_status climb_steps(kt_ladder *ladder, kt_error *error) {
     kt_accuracy *study = ladder->study;
     kt_accuracy_point failed;

@@ -87,6 +87,7 @@ typedef struct kt_watcher {
     int64_t rows; /* records so far */
 } kt_watcher;
 
+/* Compares a record with the reference at the same time: positions and velocities, energy and the chosen quantity. */
 static int watch_errors(const kt_record *record, void *user) {
     kt_watcher *watcher = user;
     const kt_accuracy *study = watcher->study;

@@ -258,6 +258,9 @@ static kt_dae_stages runge_kutta(kt_dae *dae, double h) {
     return s;
 }
 
+/* The stage of a two-step method in tangent coordinates about the present position: the unknown is the change of
+ * (position, velocity) over the step. `base` has the terms of the past, with the previous state and slope moved to
+ * these coordinates. */
 static kt_dae_stages two_step(kt_dae *dae, double h) {
     const kt_multistep w = kt_multistep_of(dae->options.method);
     const size_t n = dae->n;
@@ -285,6 +288,8 @@ static void find_stage_rate(kt_dae *dae, const kt_dae_stages *s, double h, int i
     }
 }
 
+/* Forms and factors Newton's matrix of all stages: a block for each pair of stages, and the derivatives of the
+ * equations on the diagonal. */
 static kt_status make_matrix(kt_dae *dae, const kt_dae_stages *s, double h, kt_error *error) {
     const size_t size = dae->size, n = 2 * dae->n, all = size * (size_t)s->count;
     memset(dae->matrix, 0, all * all * sizeof(double));
@@ -327,6 +332,7 @@ static double newton_correction(const kt_dae *dae, int stages, double h) {
     return most;
 }
 
+/* Newton's method for all stages at once. The matrix is formed again while the iteration converges slowly. */
 static kt_status iterate_dae_stages(kt_dae *dae, const kt_dae_stages *s, double h, kt_error *error) {
     enum { ITERATIONS = 40 };
     const size_t size = dae->size, all = size * (size_t)s->count;

@@ -108,6 +108,8 @@ static void sort_eigenvectors(const kt_group_work *w) {
     }
 }
 
+/* Finds the eigenvectors of A' A, the largest eigenvalue first, and the singular values of A as their roots. Returns
+ * the rank, or -1 if a number is not finite. */
 static int factor_eigen(kt_group_work *w, int cap) {
     const size_t m = (size_t)w->m;
     if (w->m == 0 || w->k == 0)
@@ -139,6 +141,7 @@ static inline void invert_by_eigen(const kt_group_work *w, int rank, const doubl
     }
 }
 
+/* x = (A' A)^+ A' b, the least solution. */
 static inline void eigen_particular(const kt_group_work *w, int rank, const double *b, double *x) {
     const size_t m = (size_t)w->m;
     double *y = w->work;

@@ -49,6 +49,7 @@ static int factor_augmented(kt_constraint_formulation *formulation) {
     return n > 0 ? kt_lapack_potrf(n, formulation->factor) : 0;
 }
 
+/* Solves (M + p A' A) a = f + A' (p b - lambda) with the Cholesky factor of the matrix, for the penalty p. */
 static void solve_augmented(kt_constraint_formulation *formulation, double *a) {
     const int n = formulation->n, k = formulation->k;
     for (int i = 0; i < n; i++) {

@@ -34,6 +34,7 @@ static void swap_partition_rows(const kt_group_work *w, int a, int b) {
     w->square[b] = t;
 }
 
+/* Exchanges the equations a and b, and their pivots. */
 static void swap_columns(const kt_group_work *w, int a, int b) {
     for (int i = 0; i < w->m; i++) {
         const double t = *partition_entry(w, i, a);
@@ -105,6 +106,7 @@ static void solve_lower_transposed(const kt_group_work *w, int rank, double *x) 
             x[i] -= *partition_entry(w, j, i) * x[j];
 }
 
+/* The solution of A x = b whose independent coordinates are 0, from the triangular factors of the dependent columns. */
 static inline void partition_particular(const kt_group_work *w, int rank, const double *b, double *x) {
     double *y = w->work;
     for (int i = 0; i < rank; i++) {
@@ -120,6 +122,8 @@ static inline void partition_particular(const kt_group_work *w, int rank, const 
         kt_group_scale_coordinates(w, x);
 }
 
+/* The null space of A: the column of an independent coordinate has 1 there and the motions of the dependent
+ * coordinates. */
 static inline void partition_basis(const kt_group_work *w, int rank) {
     const size_t m = (size_t)w->m;
     double *y = w->work;
@@ -137,6 +141,7 @@ static inline void partition_basis(const kt_group_work *w, int rank) {
         kt_group_scale_basis(w, rank);
 }
 
+/* Solves A' lambda = g in the dependent coordinates. */
 static void partition_multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
     double *y = w->work;
     if (w->unit)

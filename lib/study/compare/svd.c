@@ -14,6 +14,7 @@
 #include <math.h>
 #include <string.h>
 
+/* A' = U S V' by LAPACK. Returns the rank, or -1 if a number is not finite. */
 static int factor_svd(kt_group_work *w, int cap) {
     const size_t m = (size_t)w->m, k = (size_t)w->k;
     if (m == 0 || k == 0)
@@ -35,6 +36,7 @@ static int factor_svd(kt_group_work *w, int cap) {
     return rank;
 }
 
+/* x = U S^-1 V' b over the singular values of the rank: the least solution. */
 static inline void svd_particular(const kt_group_work *w, int rank, const double *b, double *x) {
     const size_t m = (size_t)w->m;
     memset(x, 0, m * sizeof(double));
@@ -50,6 +52,7 @@ static inline void svd_particular(const kt_group_work *w, int rank, const double
         kt_group_scale_coordinates(w, x);
 }
 
+/* lambda = V S^-1 U' g over the singular values of the rank. */
 static void svd_multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
     const size_t m = (size_t)w->m;
     memset(lambda, 0, (size_t)w->k * sizeof(double));
