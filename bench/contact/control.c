@@ -14,6 +14,7 @@
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
 #include "mechanisms.h"
+#include "report.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -219,6 +220,7 @@ typedef struct choice {
     double most;      /* evaluations of a tick */
     uint64_t bound;   /* evaluations of a fixed step; 0: none */
     double stiffness; /* a factor */
+    const char *csv;  /* a file with a line for each cell; NULL: none */
 } choice;
 
 static void print_line(const cell *c, const line *l) {
@@ -229,8 +231,23 @@ static void print_line(const cell *c, const line *l) {
     (void)fflush(stdout);
 }
 
-static void add_run(cell *c, double duration, line *l) {
+static void write_cell(kt_csv *csv, const cell *c, const outcome *o) {
+    const double numbers[] = {c->friction,        c->restitution,      o->time,
+                              (double)o->worst,   (double)o->standing, (double)o->evaluations,
+                              (double)o->impacts, (double)o->completed};
+    kt_csv_text(csv, robots[c->robot].name);
+    kt_csv_text(csv, task_names[c->task]);
+    kt_csv_text(csv, ways[c->way].name);
+    kt_csv_text(csv, ways[c->way].fixed ? "fixed" : "adaptive");
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
+        kt_csv_number(csv, numbers[i]);
+    kt_csv_text(csv, o->error.code == KT_OK ? "" : o->error.message);
+    kt_csv_line(csv);
+}
+
+static void add_run(cell *c, double duration, line *l, kt_csv *csv) {
     const outcome o = run_cell(c, duration);
+    write_cell(csv, c, &o);
     l->runs++;
     l->failed += o.error.code != KT_OK;
     l->worst = o.worst > l->worst ? o.worst : l->worst;
@@ -245,7 +262,7 @@ static void add_run(cell *c, double duration, line *l) {
 }
 
 /* Runs the cells. Returns the number of runs that failed, and of lines with a tick that takes too many evaluations. */
-static int run_grid(const choice *what) {
+static int run_grid(const choice *what, kt_csv *csv) {
     int expensive = 0;
     line l = {0}, all = {0};
     printf("%34s |%5s%7s%11s%10s%10s%10s%10s\n", "", "runs", "failed", "worst tick", "standing", "mean tick",
@@ -257,7 +274,7 @@ static int run_grid(const choice *what) {
         (void)snprintf(name, sizeof name, "%s %s %s %s", robots[c.robot].name, task_names[c.task], ways[c.way].name,
                        ways[c.way].fixed ? "fixed" : "adaptive");
         if (i % what->stride == what->offset && (what->only == NULL || strstr(name, what->only) != NULL))
-            add_run(&c, what->duration, &l);
+            add_run(&c, what->duration, &l, csv);
         if (l.runs == 0 || (c.way == next.way && c.task == next.task && c.robot == next.robot))
             continue;
         print_line(&c, &l);
@@ -296,6 +313,8 @@ int main(int argc, char **argv) {
             what.most = strtod(argv[++i], NULL);
         else if (value != NULL && strcmp(argv[i], "--bound") == 0)
             what.bound = strtoull(argv[++i], NULL, 10);
+        else if (value != NULL && strcmp(argv[i], "--csv") == 0)
+            what.csv = argv[++i];
         else if (value != NULL && strcmp(argv[i], "--stiffness") == 0)
             what.stiffness = strtod(argv[++i], NULL);
         else
@@ -305,12 +324,18 @@ int main(int argc, char **argv) {
         !(what.stiffness > 0.0)) {
         (void)fprintf(stderr,
                       "usage: bench-control [--duration S] [--stride N] [--offset M] [--only WORDS] [--most E] "
-                      "[--stiffness F] [--bound N]\n"
+                      "[--stiffness F] [--bound N] [--csv FILE]\n"
                       "Runs every N-th cell of the grid for S seconds, from the cell M < N on. WORDS: a part of "
                       "a line's name. F: the factor of the controllers' stiffness. N: evaluations of a fixed step; 0: "
-                      "no bound; default 300.\nReturns 1 if a run fails, or if a "
+                      "no bound; default 300. FILE: gets a line for each cell.\nReturns 1 if a run fails, or if a "
                       "tick takes more than E evaluations.\n");
         return 2;
     }
-    return run_grid(&what) == 0 ? 0 : 1;
+    kt_csv csv;
+    if (!kt_csv_open(&csv, what.csv,
+                     "robot,task,method,steps,friction,restitution,time_s,worst,standing,evaluations,impacts,"
+                     "completed,error"))
+        return 2;
+    const int wrong = run_grid(&what, &csv);
+    return kt_csv_close(&csv) && wrong == 0 ? 0 : 1;
 }

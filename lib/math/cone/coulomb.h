@@ -223,6 +223,9 @@ static inline double *kt_coulomb_matrix_row(double *matrix, int k, int columns) 
     X(double, least, items, "likewise")                                                                                \
     X(double, limit, items, "likewise")                                                                                \
     X(unsigned, rejected, items, "modes of the items that are rejected, of the problem itself")                        \
+    X(kt_coulomb_item, item, items, "the items before they are sorted")                                                \
+    X(double, rank, items, "by which items are sorted")                                                                \
+    X(int, from, items, "indices of sorted items before")                                                              \
     X(char, cone_memory, cone, "the cone solver")
 
 typedef struct kt_coulomb_solver {

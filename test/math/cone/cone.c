@@ -445,6 +445,94 @@ KT_TEST(modes_of_contacts_that_do_not_part_agree_with_enumeration) {
     room_free(&r);
 }
 
+/* A box on n feet under its weight and random forces. symmetric: its feet are corners of a square, and slip alike. */
+static void draw_box_on_feet(kt_random *random, int n, bool symmetric, problem *p) {
+    static const double up[3] = {0.0, 0.0, 1.0};
+    const double mu = kt_random_uniform(random, 0.05, 0.4);
+    double a[6];
+    *p = (problem){.n = n, .dofs = 6};
+    for (int d = 0; d < 6; d++) {
+        p->mass[d] = d < 3 ? 1.0 : 0.02;
+        a[d] = d == 2 ? -9.81 : d > 2 || symmetric ? 0.0 : kt_random_uniform(random, -3.0, 3.0);
+    }
+    for (int i = 0; i < n; i++) {
+        const double r[3] = {symmetric ? 0.2 - 0.4 * (i / 2) : kt_random_uniform(random, -0.3, 0.3),
+                             symmetric ? 0.2 - 0.4 * (i % 2) : kt_random_uniform(random, -0.3, 0.3), -0.1};
+        add_end(p, i, 0, 1.0, r, up);
+        p->mu[i] = symmetric ? mu : kt_random_uniform(random, 0.05, 0.8);
+    }
+    for (int i = 0; i < 3 * n; i++)
+        for (int d = 0; d < 6; d++) {
+            p->b[i] += p->J[i][d] * a[d];
+            for (int j = 0; j < 3 * n; j++)
+                p->W[i * 3 * n + j] += p->J[i][d] * p->J[j][d] / p->mass[d];
+        }
+}
+
+/* Poses the feet of a box in another order, with rounding errors. Foot order[i] is item i. Each foot slips in a given
+ * direction, or may stick. */
+static void pose_feet(const problem *p, const bool *slips, const double (*e)[2], const int *order, kt_random *random,
+                      kt_coulomb *c) {
+    begin_problem(c, p->n, 3 * p->n, p->W, 0.0);
+    for (int i = 0; i < p->n; i++) {
+        const int foot = order[i];
+        c->item[i] = (kt_coulomb_item){.type = slips[foot] ? KT_COULOMB_SLIPS : KT_COULOMB_CONE,
+                                       .row = 3 * i,
+                                       .across = 3 * i + 1,
+                                       .friction = p->mu[foot],
+                                       .e = {e[foot][0], e[foot][1]}};
+        for (int k = 0; k < 3; k++) {
+            c->line[3 * i + k] = 3 * foot + k;
+            c->b[3 * i + k] = p->b[3 * foot + k] * (1.0 + kt_random_uniform(random, -1e-15, 1e-15));
+            c->size = fmax(c->size, fabs(c->b[3 * i + k]));
+        }
+    }
+}
+
+/* Four or five feet of a box share its weight in many ways, and the friction of each foot that slips depends on the
+ * share of the foot. The shares that are chosen must not depend on the order of the feet. Half of the boxes are
+ * symmetric, so that feet have equal shares. */
+KT_TEST(feet_that_slip_move_alike_in_any_order) {
+    kt_random random = kt_random_of_test();
+    room r = room_make();
+    KT_WORST apart = kt_worst_make("accelerations");
+    problem *p = malloc(sizeof *p);
+    int solved = 0;
+    for (int k = 0; k < 400 && p != NULL; k++) {
+        const int n = k % 2 ? 4 : kt_random_int(&random, 4, 5);
+        bool slips[ITEMS];
+        double e[ITEMS][2], u[3 * ITEMS];
+        int order[ITEMS];
+        uint64_t steps = 0;
+        draw_box_on_feet(&random, n, k % 2, p);
+        for (int i = 0; i < n; i++) {
+            slips[i] = k % 3 > 0 || kt_random_int(&random, 0, 1) == 0;
+            kt_random_direction(&random, 2, e[i]);
+            order[i] = i;
+        }
+        pose_feet(p, slips, e, order, &random, r.c);
+        if (!kt_coulomb_solve(r.c, r.solver, true, r.mine, &steps))
+            continue;
+        solved++;
+        memcpy(u, r.mine->u, sizeof u);
+        for (int other = 0; other < 4; other++) {
+            for (int i = n - 1; i > 0; i--) {
+                const int j = kt_random_int(&random, 0, i), at = order[i];
+                order[i] = order[j];
+                order[j] = at;
+            }
+            pose_feet(p, slips, e, order, &random, r.c);
+            if (!kt_check_true("solved", kt_coulomb_solve(r.c, r.solver, true, r.mine, &steps)))
+                continue;
+            for (int i = 0; i < 3 * n; i++)
+                kt_worst_below(&apart, fabs(r.mine->u[i] - u[3 * order[i / 3] + i % 3]) / r.c->size, 1e-8, "box %d", k);
+        }
+    }
+    kt_check_above("boxes", solved, 200.0);
+    free(p);
+    room_free(&r);
+}
+
 /* Dry friction of joints among contacts without friction: unique. */
 KT_TEST(dry_friction_agrees_with_enumeration) {
     kt_random random = kt_random_of_test();
