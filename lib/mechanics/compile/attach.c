@@ -25,6 +25,8 @@ KT_ARENA_ARRAYS(place_arrays, kt_attach, ATTACH_FIELDS, const kt_counts *n)
 
 /* ---- paths ------------------------------------------------------------------------------------------------------- */
 
+/* Finds the frames of a loop's ends in their links, the common ancestor of the links, and the links on both paths,
+ * which become one set with the loop. */
 static kt_status trace_frames(kt_attach *a, const kt_loop *loop, kt_loop_record *r, kt_error *error) {
     for (int k = 0; k < 2; k++) {
         const kt_status status =
@@ -41,6 +43,7 @@ static kt_status trace_frames(kt_attach *a, const kt_loop *loop, kt_loop_record 
     return KT_OK;
 }
 
+/* Finds the links of a relation's joints. The links between them and their common ancestor become one set. */
 static void trace_relation(kt_attach *a, const kt_loop *loop, kt_loop_record *r, kt_counts *n) {
     r->term = (int32_t)n->term;
     r->term_count = kt_loop_term_count(loop);
@@ -80,6 +83,7 @@ static bool takes_distance(const kt_loop *loop) {
            loop->function.type == KT_FUNCTION_NONE;
 }
 
+/* The function of time in the loop's equation. A length that is not given is the initial distance of the ends. */
 static kt_function loop_function_of(const kt_attach *a, const kt_loop *loop, const kt_loop_record *r) {
     if (kt_descriptor_reads(kt_loop_descriptor(loop->type), KT_LOOP_AT(offset)))
         return kt_function_constant(loop->offset);
@@ -134,6 +138,7 @@ static double turn_of_link(const kt_attach *a, int32_t index, kt_vec3 z, bool *c
     return is_about ? copysign(1.0, along) : 0.0;
 }
 
+/* The ends of a loop in the initial position, with the turns of their joints about the loop's axes. */
 static kt_loop_start start_of_loop(const kt_attach *a, const kt_loop_record *r) {
     kt_loop_start at = {.end = {end_pose(a, r, 0), end_pose(a, r, 1)}, .counted = {true, true}};
     for (int k = 0; k < 2; k++)
@@ -170,6 +175,7 @@ static void fill_loop_turns(const kt_attach *a, kt_model *m, kt_loop_record *r, 
     }
 }
 
+/* Makes the record of each loop: its numbers, ends and equations, and the links that it connects. */
 static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
     const kt_description *d = a->description;
     for (int i = 0; i < d->loop_count; i++) {
@@ -237,6 +243,7 @@ static size_t fill_tables(const kt_description *description, kt_model *m) {
 
 /* ---- filling the model ------------------------------------------------------------------------------------------- */
 
+/* Copies the records to the model, and compiles the functions and numbers of each loop. */
 static void fill_attached_loops(const kt_attach *a, kt_model *m, size_t *number, size_t *text) {
     if (m->n.loop)
         memcpy(m->loop, a->loop, m->n.loop * sizeof *m->loop);

@@ -261,6 +261,7 @@ static void combine_motions(const finder *f) {
     }
 }
 
+/* Takes the memory of the search. */
 static kt_status begin_finder(finder *f, kt_model *m, kt_error *error) {
     const size_t n = m->n.massless;
     *f = (finder){.model = m};

@@ -82,6 +82,7 @@ static void prefer_equations(kt_model *model, const kt_group *group, int rows, c
                 found->chosen[first + (size_t)row] ? KT_PREFERRED : 1.0;
 }
 
+/* Sets the ranks and the usual sizes of directions that the samples have shown, and chooses the form of each group. */
 static void finish_ranks(kt_model *model, const kt_data *data, const kt_rank_samples *found) {
     for (size_t i = 0; i < KT_ROWS_COUNT * model->n.front; i++) {
         model->front_usual[i] = found->usual[i];

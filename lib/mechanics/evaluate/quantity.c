@@ -166,6 +166,7 @@ static double along_line(const reading *r, kt_vec3 vector) {
     return length > 0.0 ? kt_vec3_dot(d, vector) / length : kt_vec3_norm(vector);
 }
 
+/* How deep a contact is, or how far a stop is exceeded: 0 while the gap is open, in m or rad. */
 static double penetration_of(const reading *r) {
 #if KT_IS_OF_VALUES
     const kt_effect_kind *kind = kt_effect_kind_of(r->effect->type);
@@ -213,6 +214,7 @@ kt_contact_kinematics kt_contact_kinematics_find(const kt_data *data, const kt_e
         .point = point, .normal = contact_normal_of(&r), .slip = slip_velocity_at(&r, point)};
 }
 
+/* The value of a quantity in its SI unit. Components of vectors are in world axes. */
 static double quantity_value_of(const reading *r, kt_effect_quantity quantity) {
     const bool touches = r->effect->type == KT_EFFECT_CONTACT;
     const kt_wrench *wrench = &r->load.wrench[r->effect->ends == 2 && !touches ? 1 : 0];

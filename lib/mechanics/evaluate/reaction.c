@@ -51,6 +51,8 @@ static void balance_idle_wrenches(const kt_model *model, kt_data *data, const kt
     kernels->react(model, data, at->t, data->loaded, NULL, data->loop_wrench);
 }
 
+/* Finds the multipliers for the accelerations a, and from these the wrenches of the loops on the links
+ * (data->loop_wrench). */
 KT_INLINE void find_multipliers(const kt_model *model, kt_data *data, const kt_dynamic_state *at, const double *a) {
     kt_dynamic_state loaded = *at;
     model = kt_model_now(model, data);

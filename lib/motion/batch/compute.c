@@ -20,6 +20,7 @@ static void commit_lanes(const kt_batch_work *w, const kt_batch_group *group, do
 
 /* ---- jobs -------------------------------------------------------------------------------------------------------- */
 
+/* Computes the task of a job for one group of states. */
 static void compute_group(kt_batch_work *w, const kt_batch_job *job, size_t number, kt_batch_fault *fault) {
     kt_batch *batch = w->batch;
     kt_batch_group group = kt_batch_group_of(w, number);

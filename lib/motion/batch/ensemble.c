@@ -154,6 +154,7 @@ static kt_lane_mask choose_leading_lanes(const kt_ensemble *e, size_t *first) {
     return mask;
 }
 
+/* Copies step size, state and first slope of each lane from its simulation to the group. */
 static void gather_lane_steps(kt_ensemble *e, kt_lane_mask mask) {
     const size_t width = e->n.width, N = e->n.N;
     for (size_t i = 0; i < width; i++) {
@@ -457,6 +458,7 @@ static size_t begin_all(kt_ensemble *e, const source *from) {
     return lanes;
 }
 
+/* Ends the try of each lane: accepts the step, plans another try, or ends the lane with its error. */
 static void end_tries(kt_ensemble *e, const source *from) {
     for (size_t i = 0; i < e->n.width; i++) {
         kt_ensemble_lane *l = &e->lane[i];

@@ -19,6 +19,7 @@ static kt_real3 apply_sym3(const kt_const_sym3 *s, kt_real3 u) {
                     s->xz * u.x + s->yz * u.y + s->zz * u.z);
 }
 
+/* The sum of m v . v / 2 + w . I w / 2 over all bodies, with the velocity v of the centre of mass and the spin w. */
 kt_real1 KT_KERNEL(kt_kinetic)(const kt_model *model, const kt_data *data) {
     kt_real1 twice = kt_real1_splat(0.0);
     for (size_t i = 1; i < model->n.body; i++) {
@@ -32,6 +33,7 @@ kt_real1 KT_KERNEL(kt_kinetic)(const kt_model *model, const kt_data *data) {
     return 0.5 * twice + 0.0; /* the energy of rotors, of which there are none */
 }
 
+/* The sum of -m g . c over all bodies, with the centres of mass c. The energy is 0 at the world's origin. */
 kt_real1 KT_KERNEL(kt_potential)(const kt_model *model, const kt_data *data) {
     kt_real1 energy = kt_real1_splat(0.0);
     for (size_t i = 1; i < model->n.body; i++) {

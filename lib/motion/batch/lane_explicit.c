@@ -96,6 +96,7 @@ static void take_semi_implicit(kt_batch_work *w, kt_batch_group *group, double h
     }
 }
 
+/* Closes the loops of one lane by the functions for a single state. */
 static void close_alone(kt_batch_work *w, kt_batch_group *group, size_t lane, double h, kt_batch_fault *fault) {
     const kt_batch_counts *n = &w->batch->n;
     const size_t nq = n->width * n->nq, state = group->first + lane;

@@ -133,6 +133,7 @@ void kt_batch_accelerate(kt_batch_work *w, kt_batch_group *group, const double *
     }
 }
 
+/* Inverse dynamics of one lane by the functions for a single state, which report what is wrong. */
 static void invert_alone(kt_batch_work *w, kt_batch_group *group, const double *a, size_t lane, kt_batch_fault *fault) {
     const kt_batch_counts *n = &w->batch->n;
     kt_error made;

@@ -63,6 +63,7 @@ static void place_rests(const kt_model *model, kt_data *data) {
     }
 }
 
+/* Copies the numbers of a model to the given lanes of the records that lanes share. */
 static void put_lane_model(const kt_model *model, void *work, kt_lane_mask lanes) {
     kt_data *data = work;
     const kt_vec3 g = kt_v4_vec3(model->gravity);
@@ -94,6 +95,7 @@ static kt_lane_mask finite_lanes(kt_condition sound, const kt_real1 *x, size_t n
     return kt_mask_of(sound & (excess == kt_real1_splat(0.0)));
 }
 
+/* Accelerations of a tree: the spatial and the planar links of the model, which do not act on each other. */
 static void forward_tree(const kt_model *model, kt_data *data, const kt_lanes_at *at, kt_real1 *a) {
     if (model->sweep != KT_SWEEP_PLANAR)
         (void)(model->has_armature ? KT_KERNEL(kt_armature_forward) : KT_KERNEL(kt_forward))(model, data, at->q, at->v,
@@ -155,6 +157,7 @@ static kt_lane_mask lanes_inverse(const kt_model *model, void *work, const doubl
     return finite_lanes(kt_condition_true(), taus, model->n.v);
 }
 
+/* Motion of all links. Returns the lanes in which all numbers are finite. */
 static kt_lane_mask kinematics(const kt_model *model, void *work, const double *q, const double *v, const double *a) {
     kt_data *data = work;
     const kt_real1 *qs = (const void *)q, *vs = (const void *)v, *as = (const void *)a;

@@ -459,7 +459,6 @@ KT_CHECKED kt_status kt_contacts_solve_forces(kt_simulation *simulation, double 
 double kt_contact_slip_along(const kt_model *model, const kt_data *data, const kt_contact *contact);
 /* Writes the directions of slip to the simulation's data. */
 void kt_contacts_put_directions(kt_simulation *simulation);
-/* s0 of slip_prediction.c, without the length of fixed steps. */
 /* Returns tau of contact k, which slips at this speed, for reactions at an instant (slip_prediction.c). Fixed steps of
  * explicit methods need its deceleration in the present direction. If this is unknown, HUGE_VAL, or if slip grows, tau
  * is 0. */
@@ -555,7 +554,6 @@ void kt_contacts_close_grazing(kt_simulation *simulation, const double *W, const
  * joint. Returns its bits. */
 uint64_t kt_contacts_find_held(const kt_simulation *simulation);
 
-/* The parts of hard contacts. */
 /* No gap may be deeper than this part of the mechanism's length, or of 1 rad. */
 static const double kt_contact_deep = 1e-6;
 

@@ -515,6 +515,7 @@ static kt_status fire(kt_simulation *simulation, size_t k, kt_recorder *recorder
     return status == KT_OK ? hand_over_event(simulation, k, recorder, user, error) : status;
 }
 
+/* Applies all events that are due, in their order. The first one counts the instant. */
 static kt_status fire_all(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
     kt_status status = begin_events(simulation, error); /* the values are missing only after a checkpoint */
     size_t k = 0;

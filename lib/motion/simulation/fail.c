@@ -125,6 +125,7 @@ static bool may_have_leapt(const kt_simulation *simulation) {
 /* Advice for a fixed step. If a step leaps over a bend, velocities grow until they overflow, much later and far from
  * the bend. Therefore the advice mentions every bend. advice: room for ADVICE. */
 enum { ADVICE = 240 };
+/* The advice for a failed fixed step: where paths bend, a step may have leapt from one path to another. */
 static const char *advise_fixed(const kt_simulation *simulation, char *advice) {
     const kt_crossings *seen = &simulation->memory.crossings;
     char bend[96] = ", where paths bend: a smaller one";
@@ -261,6 +262,8 @@ static kt_status report_call_used_up(const kt_simulation *simulation, kt_error *
                         contact ? "give the contact a larger rest_velocity or a smaller restitution, " : "");
 }
 
+/* Reports why a step failed: the end of the loops' motion, a dead point, the cause within an evaluation, or the
+ * error estimate, each with its remedy. */
 static kt_status fail_step(kt_simulation *simulation, const kt_error *from, kt_error *error) {
     const kt_error *cause = &simulation->cause;
     const double t = kt_integrator_time(simulation->integrator);

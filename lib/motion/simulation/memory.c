@@ -258,6 +258,7 @@ size_t kt_simulation_size(const kt_model *model, const kt_run *run, const kt_sim
 
 /* ---- initialising ------------------------------------------------------------------------------------------------ */
 
+/* Lists the positions of the quaternions in q. */
 static void find_quaternions(kt_simulation *simulation) {
     size_t count = 0;
     for (int body = 1; body < kt_model_body_count(simulation->model); body++) {
@@ -299,6 +300,7 @@ static kt_status init_integrator(kt_simulation *simulation, const kt_simulation_
     return status;
 }
 
+/* Derives from the run which quantities records need. Without an interval there are a thousand intervals. */
 static void set_records(kt_simulation *simulation, const kt_simulation_request *settings) {
     simulation->step = settings->run.step;
     simulation->duration = settings->run.duration;

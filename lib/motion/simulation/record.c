@@ -138,6 +138,7 @@ static kt_status begin_loads(kt_simulation *simulation, double t, kt_error *erro
     return status;
 }
 
+/* Adds to a record the loads of the parts (phase end_record), under the inputs that are in force. */
 static kt_status end_loads(kt_simulation *simulation, kt_status status, kt_record *record, kt_error *error) {
     kt_hook_of_end_record *const *hook = simulation->phases.end_record;
     if (*hook != NULL)
@@ -357,6 +358,7 @@ kt_status kt_simulation_begin_run(kt_simulation *simulation, kt_error *error) {
     return KT_OK;
 }
 
+/* Calls the caller's progress function after every progress_steps steps. */
 static kt_status show_run_progress(kt_simulation *simulation, kt_error *error) {
     if (simulation->options.progress == NULL || --simulation->records.progress_due > 0)
         return KT_OK;
@@ -429,6 +431,7 @@ static kt_status find_acceleration_aside(kt_simulation *simulation, kt_error *fr
                : from->code;
 }
 
+/* Makes a record of the present state, between steps, without a change of the simulation. */
 static kt_status sense(kt_simulation *simulation, kt_record *record, kt_error *from) {
     const bool accelerates = (simulation->records.bits & KT_RECORD_ACCELERATIONS) != 0;
     kt_status status = KT_OK;

@@ -13,6 +13,7 @@
 
 /* ---- counts ------------------------------------------------------------------------------------------------------ */
 
+/* Adds the passages next to singular positions that data have counted since the last call. */
 static void add_crossings(kt_crossings *to, kt_crossings new) {
     if (new.near > 0) {
         to->smallest = to->near > 0 ? fmin(to->smallest, new.smallest) : new.smallest;
@@ -266,7 +267,6 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
     return kt_simulation_end_change(simulation, set_closed_state(simulation, t, q, v, error));
 }
 
-/* Writes the final state of a jump to y, with closed loops. */
 /* From 2 pi / eps on, a double has no digit left for the angle within a turn. */
 static kt_status reject_far_angles(const kt_model *model, const double *q, kt_error *error) {
     static const double most = 6.283185307179586 / DBL_EPSILON;
@@ -284,6 +284,7 @@ static kt_status reject_far_angles(const kt_model *model, const double *q, kt_er
     return KT_OK;
 }
 
+/* Writes the final state of a jump to y, with closed loops. NULL: positions or velocities do not change. */
 static kt_status close_jump_state(kt_simulation *simulation, const double *q, const double *v, kt_error *error) {
     const double t = kt_integrator_time(simulation->integrator);
     const size_t nq = simulation->size.nq, nv = simulation->size.nv;
@@ -357,6 +358,7 @@ static kt_status move_to_change(kt_simulation *simulation, const instant_change 
     return status == KT_OK ? kt_phase_settle(simulation, error) : status;
 }
 
+/* Changes state and parameters at the present time, with the energy that the change adds. A failure changes nothing. */
 static kt_status jump(kt_simulation *simulation, const instant_change *change, kt_error *error) {
     kt_simulation_energy before;
     kt_status status = kt_simulation_strike_due(simulation, error);
