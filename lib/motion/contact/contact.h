@@ -175,8 +175,10 @@ static inline bool kt_contacts_have_cones(const struct kt_contacts *c) {
     return c->touching > c->resting || c->resting > c->most;
 }
 
-/* Gaps up to this part of the mechanism's length touch. */
+/* Gaps up to this part of the contact's unit touch. */
 static const double kt_contact_touching = 1e-11;
+/* The depth at which a contact that was left open penetrates, m or rad. */
+static inline double kt_contact_depth(const kt_contact *contact) { return 2.0 * kt_contact_touching * contact->unit; }
 /* Rates and accelerations below this part of the sum of their terms are rounding. */
 static const double kt_contact_rounding = 1e-11;
 
@@ -525,6 +527,8 @@ KT_CHECKED kt_status kt_contacts_find_values(struct kt_contacts *c, const kt_ins
 /* For two spheres whose contact is open: 2 D, where D is the distance of the centres at which the spheres touch. The
  * gap g has a kink, whereas g (g + 2 D) is smooth. For all other contacts: 0 (values.c). */
 double kt_contact_kink(const kt_simulation *simulation, size_t k);
+/* kt_event_source.margin (values.c). */
+double kt_contact_value_margin(const kt_simulation *simulation, size_t k);
 
 /* Lists the contacts that touch, and all friction (touching.c). Errors: a contact penetrates deeply. */
 KT_CHECKED kt_status kt_contacts_find_touching(kt_simulation *simulation, double t, kt_error *error);

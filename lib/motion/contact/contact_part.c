@@ -215,7 +215,7 @@ static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error
     for (int k = 0; status == KT_OK && k < c->n; k++)
         if (c->item[k].spared) {
             if (k < c->sides)
-                simulation->contact_state[k].closes_at = fmin(c->gap[k], 0.0) - simulation->contact_margin;
+                simulation->contact_state[k].closes_at = fmin(c->gap[k], 0.0) - kt_contact_depth(&c->item[k]);
             simulation->event_memory[k].side = -1;
         }
     for (int k = c->sides; k < c->n; k++)
@@ -426,12 +426,15 @@ static bool crowds(const kt_simulation *simulation) {
     bool any = false;
     for (int k = 0; k < c->sides; k++)
         any = any || (!kt_contact_is_closed(simulation->model, &c->item[k]) && !simulation->event_root[k].due &&
-                      simulation->event_memory[k].side > 0 && last[k] <= simulation->contact_margin);
+                      simulation->event_memory[k].side > 0 && last[k] <= kt_contact_depth(&c->item[k]));
     return any;
 }
 
-static const kt_event_source contact_source = {
-    .rest = come_to_rest, .crowds = crowds, .ends = kt_contact_slip_ends, .kink = kt_contact_kink};
+static const kt_event_source contact_source = {.rest = come_to_rest,
+                                               .crowds = crowds,
+                                               .ends = kt_contact_slip_ends,
+                                               .margin = kt_contact_value_margin,
+                                               .kink = kt_contact_kink};
 
 /* ---- the part of a simulation ------------------------------------------------------------------------------------ */
 
@@ -484,7 +487,6 @@ kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     }
     simulation->contact_count = steps ? 0 : (size_t)c->n;
     simulation->contact_mask = c->mask;
-    simulation->contact_margin = 2.0 * kt_contact_touching * c->all->length;
     simulation->events.source = &contact_source;
     if (status == KT_OK && leaps)
         kt_moreau_init(simulation);

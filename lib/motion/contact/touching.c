@@ -11,11 +11,11 @@
 
 void kt_contacts_list_rows(kt_simulation *simulation) {
     struct kt_contacts *c = simulation->contacts;
-    const double most = kt_contact_touching * c->all->length;
     kt_contacts_clear_rows(c);
     for (int k = 0; k < c->sides; k++) {
         const kt_contact *item = &c->item[k];
-        const bool touches = c->gap[k] <= most || item->meets || kt_contact_is_closed(simulation->model, item);
+        const bool touches = c->gap[k] <= kt_contact_touching * item->unit || item->meets ||
+                             kt_contact_is_closed(simulation->model, item);
         if (touches && !item->spared && !item->flies && !kt_contact_is_released(item))
             (void)kt_contacts_add_row(c, k, 0);
     }

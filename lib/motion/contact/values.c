@@ -94,6 +94,14 @@ kt_status kt_contacts_find_values(struct kt_contacts *c, const kt_instant *at, k
     return status;
 }
 
+double kt_contact_value_margin(const kt_simulation *simulation, size_t k) {
+    const struct kt_contacts *c = simulation->contacts;
+    const double time = simulation->memory.own_time, depth = kt_contact_depth(&c->item[k]);
+    if (kt_contact_is_closed(simulation->model, &c->item[k]))
+        return 0.0;
+    return (int)k < c->sides ? depth : time > 0.0 ? depth / time : 0.0;
+}
+
 double kt_contact_kink(const kt_simulation *simulation, size_t k) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_contact *contact = &c->item[k];

@@ -145,7 +145,7 @@ bool kt_simulation_hides_contact(const kt_simulation *simulation, size_t k, bool
     const double *value = simulation->events.value + k;
     const double last = value[(KT_EVENT_VALUES - 2) * simulation->size.event];
     bool hides = k < kt_simulation_contact_events(simulation) && last == value[0] &&
-                 fabs(last) <= kt_simulation_contact_margin(simulation);
+                 fabs(last) <= simulation->events.source->margin(simulation, k);
     for (size_t j = 1; !is_brief && j + 2 < KT_EVENT_VALUES; j++)
         hides = hides && value[j * simulation->size.event] == last;
     return hides;

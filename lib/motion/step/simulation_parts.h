@@ -49,6 +49,9 @@ typedef struct kt_event_source {
     bool (*crowds)(const kt_simulation *simulation);
     /* Whether slip of contact k has come to rest up to its rest velocity, with this value of its event. */
     bool (*ends)(const kt_simulation *simulation, size_t k, double value);
+    /* The depth to which contact k may penetrate while it is open, m or rad. For friction that slips, the rate at which
+     * it may turn back, m/s or rad/s. Otherwise 0. */
+    double (*margin)(const kt_simulation *simulation, size_t k);
     /* A number b so that g (g + b) is smooth along the motion, for the gap g of an open contact; 0: g itself is. */
     double (*kink)(const kt_simulation *simulation, size_t k);
 } kt_event_source;

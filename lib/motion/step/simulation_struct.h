@@ -128,7 +128,6 @@ struct kt_simulation {
     uint64_t contact_mask;        /* the switches of hard contacts */
     uint64_t contact_friction;    /* switches of joint friction; with both switches of a joint on, it is released */
     uint64_t contact_released;    /* the contacts that are released at first */
-    double contact_margin;        /* the depth at which a contact penetrates that was left open, m or rad */
     double contact_time;          /* s, of the values of contacts; NaN: not available */
     double slow_slip; /* the largest slip of hard contacts of which the direction is predicted, m/s; 0: no contacts */
     /* The run, and the last evaluation. */
@@ -157,11 +156,6 @@ static inline size_t kt_simulation_block_size(const kt_simulation_sizes *size) {
 /* Times that are as near as this are one instant, s: rounding of positions hides their order. */
 static inline double kt_simulation_instant(const kt_simulation *simulation) {
     return 3e-12 * simulation->memory.own_time;
-}
-
-/* The depth to which an open hard contact may penetrate, m or rad. */
-static inline double kt_simulation_contact_margin(const kt_simulation *simulation) {
-    return simulation->contact_margin;
 }
 
 /* Records that forces have jumped at the present time, so that reactions differ from the reactions at the end of the
