@@ -92,7 +92,7 @@ static kt_status difference_affine(const load_column *c) {
     return status;
 }
 
-/* -dx/dz for one variable z, into data->load_residual. */
+/* Writes -dx/dz, of the frictions x by one variable z (see above), to data->load_residual. */
 static kt_status find_friction_column(const load_column *c) {
     kt_linearized *w = c->w;
     kt_data *d = w->data;

@@ -12,7 +12,8 @@
 /* The part of the largest entry above which an entry may be a vector's own. */
 #define SHARE 0.1
 
-/* Finds the own coordinate of a vector from `first` on, and its column. Returns false if all entries are zero. */
+/* Assigns the coordinate *row to the vector *column, one of the vectors from `first` on. Among the coordinates in which
+ * these vectors are not small, *row has the largest unit. Returns false if all entries are zero. */
 static bool find_own(const kt_group_work *w, int first, int dofs, int *row, int *column) {
     double most = 0.0, unit = 0.0, best = 0.0;
     for (int c = first; c < dofs; c++)

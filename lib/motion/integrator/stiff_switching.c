@@ -350,7 +350,8 @@ static void to_implicit(kt_integrator *it, bool rings, bool is_idle) {
     it->memory.counts.switches++;
 }
 
-/* Counts steps that stability limits: |g| / |d| in a range, and g opposite to d. */
+/* Counts steps whose length stability limits: h rho is in a range around the limit, and the slopes change against the
+ * states (cos(g, d) near -1), as they do for a fast decay. */
 static void test_decay(watch *w, const difference *last) {
     if (KT_STIFF_LEAST < last->rate && last->rate < KT_STIFF_MOST) {
         w->signs = fmax(0.0, w->signs + 1.0 - KT_DECAYING * (1.0 + last->cosine));
