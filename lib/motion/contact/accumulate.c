@@ -37,6 +37,7 @@ static double rate_of_gap(const struct kt_contacts *c, int k) {
     return fabs(rate) <= kt_contact_rounding * size ? 0.0 : rate;
 }
 
+/* The acceleration of the gap of contact k in flight; 0 if it is of the size of rounding. */
 static double acceleration_of_gap(const struct kt_contacts *c, int k) {
     double size;
     const double w = kt_contacts_residual(c, k, 0, c->flight, c->drift, &size);

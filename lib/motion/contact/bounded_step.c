@@ -95,6 +95,8 @@ static kt_status enter_bounded(kt_simulation *simulation, const kt_step_progress
     return KT_OK;
 }
 
+/* Before a try: bounds its evaluations by those that are left for the step. If none are left, the rest of the step
+ * is resolved by time stepping. */
 static void prepare_bounded(kt_simulation *simulation, kt_step_progress *progress) {
     kt_integrator *it = simulation->integrator;
     const kt_simulation_memory *memory = &simulation->memory;

@@ -63,6 +63,7 @@ static void measure_solvers(const kt_model *model, kt_contact_sizes *s) {
     }
 }
 
+/* The sizes of all arrays: the largest ones that any variant of the model needs. */
 static kt_contact_sizes contact_sizes_of(const kt_model *model, size_t n) {
     kt_contact_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .data = kt_data_size(model), .list = n};
     for (size_t i = 0; i < model->n.loop; i++)
@@ -150,6 +151,7 @@ static kt_status reject_massless(const kt_simulation *simulation, const struct k
         error);
 }
 
+/* Lays the solvers' memory out. */
 static void init_solvers(struct kt_contacts *c, const kt_contact_sizes *s) {
     const size_t phase = kt_impact_phase_size(s->most_items, s->most_rows);
     c->compression = kt_impact_phase_init(s->most_items, s->most_rows, c->phase_memory);

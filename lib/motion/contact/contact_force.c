@@ -35,6 +35,8 @@ static kt_vec3 direction_of_friction(const kt_record *record, int loop, kt_vec3 
                        kt_vec3_scale(e[1], data->slip_frame[k].axis[1]));
 }
 
+/* The force of a hard contact on the first body: the reaction of its normal row, with the reaction of friction that
+ * sticks, or with the friction of slip against its direction. */
 static void find_hard_contact(const kt_record *record, const kt_effect_record *effect, kt_contact_load *load) {
     const kt_model *model = record->model;
     const int loop = effect->loop, friction = loop + 1;

@@ -399,6 +399,7 @@ static kt_status resolve_contacts(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
+/* Resolves the contacts after velocities of drives have jumped: closed contacts then have no restitution. */
 static kt_status strike_contacts(kt_simulation *simulation, kt_error *error) {
     simulation->contacts->strikes = true;
     const kt_status status = resolve_contacts(simulation, error);

@@ -343,6 +343,7 @@ static kt_status resolve_between(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
+/* Friction that does not stick any more is not held, either. */
 static void forget_ended_holds(kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
     for (int k = c->sides; k < c->n; k++)

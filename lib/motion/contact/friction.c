@@ -233,6 +233,7 @@ static void add_coulomb_contact(kt_coulomb *p, const kt_simulation *simulation, 
     }
 }
 
+/* Adds the dry friction of a joint, with its largest force. Friction that leaves may not stick. */
 static void add_dry(kt_coulomb *p, const kt_simulation *simulation, int line, bool leaving) {
     const kt_contact *friction = &simulation->contacts->item[simulation->contacts->list[line]];
     kt_coulomb_item *item = add_item(p, simulation, line);
@@ -242,8 +243,7 @@ static void add_dry(kt_coulomb *p, const kt_simulation *simulation, int line, bo
 }
 
 /* Sets the rows that take part, and their accelerations without reactions. leaving: contacts that leave have no
- * reaction; strict: contacts that part below their rest
- * velocity are left out, too. */
+ * reaction. strict: contacts that part more slowly than their rest velocity are left out, too. */
 static kt_coulomb *set_problem(const kt_simulation *simulation, const double *W, const double *u, bool leaving,
                                bool strict) {
     struct kt_contacts *c = simulation->contacts;
@@ -338,6 +338,7 @@ static bool any_comes_to_rest(const struct kt_contacts *c, const double *u) {
     return any;
 }
 
+/* Whether the slip of some contact is predicted (slip_prediction.c). */
 static bool any_is_predicted(const struct kt_contacts *c) {
     bool any = false;
     for (int i = 0; i < c->problem->n; i++)
@@ -345,6 +346,7 @@ static bool any_is_predicted(const struct kt_contacts *c) {
     return any;
 }
 
+/* Solves the problem of set_problem. Returns whether there is a solution. */
 static bool solve_problem(kt_simulation *simulation, const double *W, const double *u, bool leaving, bool strict) {
     struct kt_contacts *c = simulation->contacts;
     return kt_coulomb_solve(set_problem(simulation, W, u, leaving, strict), c->solver, true, c->solution,

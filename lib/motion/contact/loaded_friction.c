@@ -19,6 +19,7 @@ enum { SETS_MAX = 64 };
 /* The largest change of a limit, relative to the limit, at a fixed point. */
 static const double same_limit = 1e-9;
 
+/* The effect of item k if it is friction of a joint that is proportional to a load; else NULL. */
 static const kt_effect_record *load_of(const kt_model *model, const struct kt_contacts *c, int k) {
     const kt_effect_record *effect =
         k < c->sides || kt_contact_rubs(c, k) ? NULL : kt_effect_record_find(model, c->item[k].effect);

@@ -173,6 +173,7 @@ static void set_group(kt_mask *mask, const kt_group *from, int32_t row, kt_group
     }
 }
 
+/* Sets the groups of a masked model, which have the equations of closed contacts only, and lays their matrices out. */
 static void set_groups(kt_mask *mask) {
     kt_model *model = &mask->model;
     int32_t row = 0;

@@ -281,6 +281,8 @@ static kt_status take_step(kt_simulation *simulation, double t, double h, double
 
 /* ---- callbacks of the integrator --------------------------------------------------------------------------------- */
 
+/* A step by time stepping, as the integrator's callback. Returns 1 for an error that a shorter step may avoid, or
+ * -1. */
 static int leap(double t, double h, double end, const double *y, double *next, void *user) {
     kt_simulation *simulation = user;
     simulation->cached = KT_CACHED_NOTHING;
@@ -311,6 +313,7 @@ static void store_force(kt_simulation *simulation, int k, int i) {
     counts->openings += !state->closed && was_closed;
 }
 
+/* Stores the forces of the accepted step, and adds its counts to those of the run. */
 static void accept_moreau(void *user) {
     kt_simulation *simulation = user;
     kt_moreau *m = simulation->moreau;
@@ -357,6 +360,7 @@ void kt_moreau_open(kt_simulation *simulation) {
     kt_simulation_take_model(simulation, simulation->model);
 }
 
+/* Forgets all forces of contacts. */
 static void begin_anew(kt_simulation *simulation) {
     take_open_model(simulation);
     for (size_t k = 0; k < simulation->size.contacts; k++) {

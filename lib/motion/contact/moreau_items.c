@@ -29,6 +29,7 @@ void kt_moreau_add_response(const kt_simulation *simulation, int i, int r, doubl
 
 /* ---- items ------------------------------------------------------------------------------------------------------- */
 
+/* Adds a row with its rates at the start of the step (v), and at its end without impulses (m->y). */
 static void add_moreau_row(kt_simulation *simulation, int k, int component, const double *v) {
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
@@ -61,6 +62,7 @@ static void append_item(kt_simulation *simulation, int i) {
     island->count++;
 }
 
+/* Lists item k for the impulses of this step. Returns its index. */
 static int list_item(kt_simulation *simulation, int k) {
     kt_moreau *m = simulation->moreau;
     const int i = m->count++;
@@ -90,6 +92,7 @@ static void drop_items(kt_simulation *simulation, int from) {
         append_item(simulation, i);
 }
 
+/* Adds item k with its rows: one, or three with friction. The impulses start at h times the last forces. */
 static int add_moreau_item(kt_simulation *simulation, int k, const double *v) {
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
@@ -165,6 +168,7 @@ static const kt_model *open_model(const kt_simulation *simulation) {
     return is_compiled ? model : kt_model_switched(model, model->set & ~simulation->contacts->mask);
 }
 
+/* Factors the mass matrix of the model without closed contacts, at the positions of the step. */
 static kt_status prepare_inverse(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
