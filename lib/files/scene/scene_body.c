@@ -160,6 +160,7 @@ static const kt_kind kind_exhaust = {.read = read_exhaust, .same = kt_never_writ
 
 /* ---- other keys -------------------------------------------------------------------------------------------------- */
 
+/* Whether the parent is the default, the world: the key is then not written. */
 static bool same_parent(const kt_member *m) {
     const char *const *parent = kt_member_value(m);
     return *parent == NULL || strcmp(*parent, "world") == 0;

@@ -163,7 +163,7 @@ static void add_block(kt_cone *cone, const interior *it, int i) {
     }
 }
 
-/* The linear system of a step. */
+/* Fills the matrix A of a step of the interior-point method: Q, and on its diagonal the block of each cone. */
 static void fill_direction(kt_cone *cone, const interior *it) {
     const int m = 3 * cone->n;
     for (int i = 0; i < m; i++)

@@ -226,7 +226,7 @@ static double margin_of_all(const kt_rest *rest, const double *p) {
     return least;
 }
 
-/* F of an item; infinite outside. */
+/* The barrier F of an item: infinite outside of its cone or of its bounds. */
 static double barrier_of(const kt_rest_item *item, const double *p, double t) {
     const double *x = p + item->row, s = x[0] - item->least - t, mu = item->friction;
     if (!(margin_of_item(item, p) > t))

@@ -121,7 +121,7 @@ static double mean_derivative(const double *before, const double *row) {
     return turns ? 0.0 : (w1 + w2) / (w1 / e0 + w2 / e1);
 }
 
-/* Stores p_k in each row's B. */
+/* Stores the slope p_k at each row in the row's B. */
 static void monotone_derivatives(double *rows, int count, kt_row_ends ends) {
     double *last = rows + (size_t)(count - 1) * KT_PIECE_SIZE;
     for (double *row = rows + KT_PIECE_SIZE; row < last; row += KT_PIECE_SIZE)

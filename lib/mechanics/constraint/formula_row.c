@@ -57,7 +57,7 @@ static double twice_along(const kt_expression *f, const double at[MOST], const d
     return y[2];
 }
 
-/* h[k][l] = f_kl of n variables. */
+/* Writes the second derivatives h[k][l] = f_kl of a formula in n variables. */
 static void find_hessian(const kt_expression *f, int n, const double at[MOST], double h[MOST][MOST]) {
     double x[MOST] = {0.0};
     for (int k = 0; k < n; k++) {

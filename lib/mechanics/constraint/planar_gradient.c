@@ -130,7 +130,8 @@ static void add_turn(gradient *g, const double s[3], const double weight[FIELDS]
     }
 }
 
-/* phi = factor p, p = 4 tan(theta / 4): dp/dtheta = 1 + p^2 / 16. */
+/* The first three derivatives s, by theta, of the row of an angle: phi = factor p with p = 4 tan(theta / 4), for
+ * which dp/dtheta = 1 + p^2 / 16. */
 static void find_turn(double cosine, double sine, double factor, double s[3]) {
     const double p = kt_planar_turn(cosine, sine), dp = 1.0 + p * p / 16.0;
     s[0] = factor * dp;
@@ -138,7 +139,8 @@ static void find_turn(double cosine, double sine, double factor, double s[3]) {
     s[2] = factor * 0.125 * dp * (1.0 + 3.0 * p * p / 16.0);
 }
 
-/* phi = 2 c / (1 + |s|) */
+/* The first three derivatives, by theta, of the row of a right angle: phi = 2 c / (1 + |s|) with c = cos(theta), s =
+ * sin(theta). */
 static void find_normal(double cosine, double sine, double s[3]) {
     const double one = 1.0 + fabs(sine), sign = copysign(1.0, sine);
     s[0] = -2.0 * sign / one;

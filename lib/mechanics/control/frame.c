@@ -50,7 +50,8 @@ kt_twist kt_link_bias(const kt_model *model, const kt_link_kinematics *links, si
     return bias;
 }
 
-/* With KT_TWIST_ALIGNED. */
+/* The acceleration of a point due to velocities alone, for twists of the type KT_TWIST_ALIGNED: world axes, about
+ * the point. */
 static kt_twist aligned_bias(const kt_model *model, const kt_data *data, int body, kt_vec3 at) {
     const kt_body_record *b = &model->body[body];
     const kt_link_kinematics *links = data->kinematics;

@@ -17,7 +17,7 @@
 
 /* ---- M x --------------------------------------------------------------------------------------------------------- */
 
-/* A of the link. */
+/* The acceleration A of a link: that of its parent, and S x of its own coordinates. */
 KT_INLINE void accelerate(const columns *k, size_t i, int c) {
     const kt_link *link = &k->model->link[i];
     column8 *a = carried_motion(k, i, c);
@@ -25,7 +25,7 @@ KT_INLINE void accelerate(const columns *k, size_t i, int c) {
         add(kt_kkt_axis(k->w, i) + d * KT_FRONT_SPACE, k->x[link->v + d], c, a);
 }
 
-/* I A in its place. */
+/* Replaces the acceleration A of a link by the wrench I A. */
 KT_INLINE void load(const columns *k, size_t i, int c) {
     const double *inertia = k->w->inertia + (size_t)(KT_FRONT_SPACE * KT_FRONT_SPACE) * i;
     column8 p[KT_FRONT_SPACE], *a = motion_of(k, i);
@@ -95,7 +95,8 @@ static column8 *restrict_dense(const columns *k, size_t g, column8 *z) {
     return z;
 }
 
-/* In k->response. */
+/* Writes z = Z' x to k->response, for the free directions Z of all groups, and then the coordinates outside of
+ * groups. */
 static void restrict_columns(const columns *k) {
     column8 *z = k->response;
     for (size_t g = 0; g < k->model->n.group; g++)

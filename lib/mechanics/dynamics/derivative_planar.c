@@ -117,7 +117,7 @@ KT_INLINE prismatic prismatic_of(const kt_planar_motion *m, kt_v2 e) {
     return (prismatic){scaled(m->alpha, turned) - scaled(m->omega * m->omega, e), scaled(2.0 * m->omega, turned)};
 }
 
-/* i prismatic, k revolute. */
+/* The entries of a pair (i, k) with a prismatic joint i and a revolute joint k behind it. */
 KT_INLINE pair slides_before(const carried *x, kt_v2 e, const kt_planar_motion *i) {
     const kt_v2 momentum = kt_v2_across(x->h);
     const prismatic s = prismatic_of(i, e);
@@ -136,7 +136,7 @@ KT_INLINE pair slides_after(const carried *x, kt_v2 r, kt_v2 v, kt_v2 a, const k
                   .by_v = {kt_v2_dot(momentum, s.by_v), -2.0 * kt_v2_dot(turned, x->p + scaled(x->m, v))}};
 }
 
-/* Both prismatic. */
+/* The entries of a pair of two prismatic joints. */
 KT_INLINE pair slides(const carried *x, kt_v2 e, const kt_planar_motion *i, const kt_planar_motion *k) {
     const prismatic before = prismatic_of(i, e), after = prismatic_of(k, x->e);
     const kt_v2 here = scaled(x->m, x->e), there = scaled(x->m, e);

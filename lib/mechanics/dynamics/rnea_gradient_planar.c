@@ -29,7 +29,7 @@ size_t KT_KERNEL(kt_planar_respond)(const kt_model *model, kt_data *data, const 
                : kt_planar_articulated_solve(model, data, tau, kt_planar_eliminate_joint, no_gravity, x);
 }
 
-/* The link's own sums. */
+/* Sets the sums of a link to the link's own part. Its children add theirs later. */
 KT_INLINE void set_link_wrenches(const kt_planar_link *link, const kt_planar_motion *m, kt_planar_gradient_link *x) {
     const kt_real2 first = kt_planar_const_sum(kt_load2(m->rotation), link->moment); /* m c */
     const kt_real2 h = kt_across2(first), a = kt_load2(m->linear), mass = kt_const_same2(link->mass);

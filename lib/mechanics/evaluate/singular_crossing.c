@@ -328,7 +328,7 @@ static double interpolation_error_of(const crossing *c, double dt, double apart,
     return c->least < CLEAR ? own + ROUNDING / (c->least * dt * dt) : own;
 }
 
-/* Takes an interpolation over. */
+/* Stores the interpolated acceleration `try` as the best one so far, with its distance dt and its error. */
 static void adopt(crossing *c, double dt, double apart, const double *try, double *a) {
     memcpy(a, try, c->model->n.v * sizeof *a);
     c->dt = dt;

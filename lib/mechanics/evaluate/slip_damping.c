@@ -132,7 +132,8 @@ static void find_unit_force(const kt_model *model, kt_data *data, const double *
         p->unit_force[k * model->n.v + i] = p->rate[2 * kt_slip_index(p, k / 2) + k % 2];
 }
 
-/* F of an island, from slip velocities that units of velocity make. unit: scratch (nv). */
+/* Finds F of an island (see above). Entry i of its rows is the change of the slip velocities for a unit of velocity
+ * i. unit: scratch (nv). */
 static void find_unit_forces(const kt_model *model, kt_data *data, const double *q, double *unit, kt_slip_problem *p) {
     const size_t nv = model->n.v;
     memset(unit, 0, nv * sizeof *unit);

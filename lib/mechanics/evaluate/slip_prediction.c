@@ -69,7 +69,8 @@ double kt_slip_time_at_speed(double speed, double tau0, double s0) {
     return part > 0.0 ? tau0 * part * part : 0.0;
 }
 
-/* tau with these tau0 and s0. */
+/* The prediction time tau (s) of slip k: tau0 at rest, and 0 from the slip velocity s0 on. *grows: the ratio by
+ * which slip changes tau (kt_slip_time_at_speed). */
 static double prediction_time_of(const kt_data *data, size_t k, double tau0, double s0, double *grows) {
     const double *s = data->slip_velocity + 2 * k, *d = data->slip + 2 * k;
     *grows = 0.0;
@@ -90,7 +91,7 @@ double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows) {
     return prediction_time_of(data, k, wide ? fmax(of[0], time) : time, wide ? of[1] : data->slow_slip, grows);
 }
 
-/* tau of adaptive steps. */
+/* The prediction time tau (s) of a contact with adaptive steps. */
 static double adaptive_prediction_time(const kt_data *data, size_t index) {
     double grows;
     return prediction_time_of(data, index, kt_slip_problem_of(data)->slow_time, data->slow_slip, &grows);
@@ -161,7 +162,8 @@ static bool may_hold_all(const kt_slip_problem *p) {
     return all;
 }
 
-/* tau, limited using these forces. */
+/* The prediction time tau (s), at most half of the time in which the friction in excess of the holding force stops the
+ * slip. */
 static double limited_prediction_time(const kt_data *data, const kt_slip_problem *p, int slow_ones, bool holds, int k) {
     const kt_coulomb_item *item = &p->c->item[k];
     const int x = item->across, y = x + 1;

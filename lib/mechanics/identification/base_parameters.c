@@ -154,7 +154,8 @@ static void measure_columns(const kt_model *model, base_work *w, size_t columns)
             w->length[j] = 0.0;
 }
 
-/* Fills `before`. Returns the rank. */
+/* One pass of the factorisation: columns that depend on earlier ones get the number of these in `before`, base
+ * columns get -1. Returns the rank. */
 static size_t pass_over_columns(const kt_model *model, base_work *w, size_t columns) {
     size_t rank = 0;
     measure_columns(model, w, columns);

@@ -54,7 +54,7 @@ KT_INLINE void expand_reflector_to_rows(const kt_front *f, const double *u, int 
     memcpy(f->spare + base, u, (size_t)(all - base) * sizeof *u);
 }
 
-/* Adds n parameters after `all`. */
+/* Extends the energy of `all` parameters by `more` parameters, with zero entries. */
 KT_INLINE void extend_energy(const kt_front *f, int all, int more) {
     const int end = kt_front_padded(all + more);
     for (int c = 0; c < all + more; c++)

@@ -9,7 +9,7 @@ static void put3(kt_v4 a, size_t width, double *x) {
         x[k * width] = a[k];
 }
 
-/* x: the lane's first number. */
+/* Loads the motion of an end of one lane, whose first number is at x. */
 static void load_loop_end(const double *x, size_t width, kt_loop_end *end) {
     for (size_t k = 0; k < 3; k++)
         end->axes[k] = load_vector(x + 3 * k * width, width);

@@ -82,7 +82,8 @@ static bool lay_tilt(const sheet *s, int k, kt_planar_row *row) {
     return true;
 }
 
-/* R2 = R_n(theta) R1 */
+/* The row of a rotation about axis k, if the ends differ by a rotation about the normal: R2 = R_n(theta) R1.
+ * Otherwise returns false. */
 static bool lay_parallel(const sheet *s, int k, kt_planar_row *row) {
     double cosine = 0.0, sine = 0.0;
     for (int i = 0; i < 3; i++) {

@@ -299,7 +299,7 @@ static bool list_closing(kt_simulation *simulation, double h, const double *v, b
     return any;
 }
 
-/* The largest depth in the middle. */
+/* The largest depth of a contact in the position at which the step evaluates gaps (m or rad). */
 static double depth_of(const struct kt_contacts *c) {
     double most = 0.0;
     for (int k = 0; k < c->sides; k++)

@@ -173,7 +173,7 @@ kt_status kt_coupled_tangents(kt_step_work *w, const double *q, const double *v,
 
 /* ---- the adjoint ------------------------------------------------------------------------------------------------- */
 
-/* Computes s_i. */
+/* Computes s_i, the gradient with respect to the slope of stage i, from the end of the step and from later stages. */
 static void gather_adjoint(const kt_step_work *w, kt_coupled c, size_t i, double *s) {
     const kt_method *method = w->step->method;
     const size_t N = w->model->n.q + w->model->n.v;

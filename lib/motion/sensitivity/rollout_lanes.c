@@ -259,7 +259,7 @@ static void pull_lane_stage(lanes_work *w, size_t i) {
     w->kernels->rate_transposed(w->model, w->lanes, q, v, w->by_slope, by_q, by_v);
 }
 
-/* kt_adjoint_sweep */
+/* Does kt_adjoint_sweep for all lanes. */
 static void sweep_lanes(lanes_work *w, const double *state) {
     const size_t W = w->n.W, nq = W * w->n.nq, n = W * w->n.n, all = nq + n;
     memset(w->by_end, 0, nq * sizeof *w->by_end);

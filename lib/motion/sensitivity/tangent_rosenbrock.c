@@ -70,7 +70,7 @@ static kt_status factor_shifted(kt_step_work *w, kt_error *error) {
                         w->step->h);
 }
 
-/* R becomes U. */
+/* Solves (1 / (gamma h) - J) U = R for one column, in place. */
 static void solve_stage_matrix(const kt_step_work *w, double *r) {
     const size_t n = w->model->n.v, e = kt_rate_numbers(w->model), N = kt_state_numbers(w->model);
     const double g = g_of(w);

@@ -164,7 +164,8 @@ static int32_t step_of_section(const kt_graph *g, int32_t section) {
     return section >= 0 ? g->section[section].step : -1;
 }
 
-/* Whether a node is a sign that may be moved. A sign of another step may not be moved if steps must be alike. */
+/* Whether a node is a negation that may be moved outwards. If the code of all steps is to be alike (keeps_signs),
+ * the negation of an earlier step stays where it is. */
 static bool is_free_sign(const kt_graph *g, kt_op a) {
     const kt_op_node *n = &g->node[a];
     if (n->kind != KT_OP_NEGATE)

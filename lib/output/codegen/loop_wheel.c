@@ -172,7 +172,7 @@ static kt_code_row row_of_rack(const kt_code_closing *c) {
     return row;
 }
 
-/* Gear or worm. */
+/* The row of a gear or of a worm. */
 static kt_code_row row_of_mesh(const kt_code_closing *c) {
     kt_graph *g = c->tree->graph;
     const kt_loop_record *r = c->record;

@@ -168,7 +168,7 @@ static flat_pivot make_flat_pivot(kt_code_tree *tree, int i, const code_flat *x,
     return u;
 }
 
-/* A revolute joint without armature. */
+/* Eliminates a revolute joint without armature. */
 static void pass_flat_hinge(kt_graph *g, const flat_pivot *u, kt_op2 p, code_flat *x) {
     const kt_op n = flat_dot(g, p, x->h), nd = kt_op_multiply(g, n, u->inverse);
     const kt_op whole = flat_dot(g, p, flat_apply(g, x, p));
@@ -184,7 +184,7 @@ static void pass_flat_hinge(kt_graph *g, const flat_pivot *u, kt_op2 p, code_fla
     x->gain = kt_op_add(g, kt_op_number(g, 1.0), nd);
 }
 
-/* Any joint. */
+/* Eliminates a joint of any type, with its armature. */
 static void pass_flat_joint(kt_graph *g, const flat_pivot *u, kt_op2 p, code_flat *x) {
     const kt_op2 h = flat_add(g, x->h, flat_apply(g, x, p));
     const kt_op second = flat_dot(g, p, h), across = kt_op_add(g, flat_dot(g, p, x->h), second);

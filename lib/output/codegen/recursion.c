@@ -80,7 +80,7 @@ static void turn_link(kt_code_tree *tree, int i, bool has_acceleration, kt_code_
     kt_op3_name(g, m->alpha, "al", i);
 }
 
-/* The acceleration of its origin. */
+/* Adds the acceleration of the parent's origin and u_r to that of the link's origin, in the link's axes. */
 static void shift_link(kt_code_tree *tree, int i, kt_op3 u_r, kt_code_moving *all) {
     kt_graph *g = tree->graph;
     kt_code_moving *m = &all[i];

@@ -36,7 +36,7 @@ void kt_code_print_jacobians(FILE *file, const kt_code_names *n, const kt_model 
             2 * nv, nv, nv, nv, 2 * nv * nv, nv, nv);
 }
 
-/* K_i from Y_i and F. */
+/* Prints the function that computes the derivatives K_i of a stage from Y_i and F. */
 static void print_product(FILE *file, int nv) {
     fprintf(file,
             "/* k = F Y + (0, a_tau) */\n"

@@ -277,7 +277,7 @@ static kt_dae_stages two_step(kt_dae *dae, double h) {
     return s;
 }
 
-/* x'_i */
+/* The rate x'_i of stage i, from the states of all stages. */
 static void find_stage_rate(kt_dae *dae, const kt_dae_stages *s, double h, int i) {
     const size_t n = 2 * dae->n;
     for (size_t l = 0; l < n; l++) {
