@@ -55,7 +55,7 @@ KT_TEST(motion_without_features_is_judged_by_no_part) {
     const kt_simulation *simulation = kt_test_simulation(s.model, &run, NULL);
     kt_check_equal_int("hooks in a step", count_step_hooks(simulation), 2);
     kt_check_equal_int("hooks of records", count_record_hooks(simulation), 0);
-    kt_check_true("no part judges tries", !simulation->phases.judge);
+    kt_check_true("no part judges tries", !simulation->phases.may_repeat);
 }
 
 /* Inputs become a part of steps with the first call that sets some. */
@@ -78,12 +78,12 @@ KT_TEST(stop_judges_adaptive_steps_alone) {
     make_slider(&s, true);
     const kt_simulation *adaptive = kt_test_simulation(s.model, &run, NULL);
     kt_check_equal_int("hooks in an adaptive step", count_step_hooks(adaptive), 4);
-    kt_check_true("it is judged", adaptive->phases.judge);
+    kt_check_true("it is judged", adaptive->phases.may_repeat);
     kt_check_equal_int("hooks of its records", count_record_hooks(adaptive), 1);
     run.step = 0.01;
     const kt_simulation *fixed = kt_test_simulation(s.model, &run, NULL);
     kt_check_equal_int("hooks in a fixed step", count_step_hooks(fixed), 2);
-    kt_check_true("it is not judged", !fixed->phases.judge);
+    kt_check_true("it is not judged", !fixed->phases.may_repeat);
     kt_check_equal_int("hooks of its records", count_record_hooks(fixed), 1);
 }
 
@@ -101,11 +101,11 @@ KT_TEST(event_joins_when_it_is_added) {
     make_slider(&s, false);
     options.events = 1;
     kt_simulation *simulation = kt_test_simulation(s.model, &run, &options);
-    kt_check_true("no part judges tries", !simulation->phases.judge);
+    kt_check_true("no part judges tries", !simulation->phases.may_repeat);
     const kt_event event = {.name = "half", .function = passes_half};
     kt_need_fine("added", kt_simulation_event_add(simulation, &event, &error), &error);
     kt_check_equal_int("hooks in a step", count_step_hooks(simulation), 6);
-    kt_check_true("the event judges tries", simulation->phases.judge);
+    kt_check_true("the event judges tries", simulation->phases.may_repeat);
 }
 
 /* ---- checkpoints of a run with everything ------------------------------------------------------------------------ */
