@@ -157,6 +157,7 @@ static void find_visual(kt_mjcf *m, const kt_element *e, int body, kt_pose frame
     m->has_visuals = m->has_visuals || is_visual(m, e);
 }
 
+/* Adds the picture of a geom. Its contacts are counted as omitted, because the scene has the picture alone. */
 static void add_picture(kt_mjcf *m, const kt_element *e, int body, const geom *g) {
     const bool is_drawn = solids[g->type] != KT_SOLID_NONE;
     if (kt_mjcf_number(m, e, "geom", "contype", 1.0) != 0.0 || kt_mjcf_number(m, e, "geom", "conaffinity", 1.0) != 0.0)

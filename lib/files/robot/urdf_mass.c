@@ -109,8 +109,8 @@ void kt_urdf_settle_masses(kt_urdf *u) {
 
 /* ---- masses of the options --------------------------------------------------------------------------------------- */
 
-/* A robot without any mass has poses and pictures, but no accelerations. */
-static void find_masses(kt_urdf *u) {
+/* Accepts a robot without any mass, and notes that no body has one: it has poses and pictures, but no accelerations. */
+static void accept_missing_masses(kt_urdf *u) {
     const kt_body *bodies = u->draft.bodies.items;
     bool moves = false;
     for (int b = 0; b < u->draft.bodies.count; b++) {
@@ -126,5 +126,5 @@ static void find_masses(kt_urdf *u) {
 
 void kt_urdf_given_masses(kt_urdf *u) {
     kt_masses_give(&u->draft, u->source->options);
-    find_masses(u);
+    accept_missing_masses(u);
 }

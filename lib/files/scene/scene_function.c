@@ -87,7 +87,8 @@ static bool read_function_parts(kt_reader *r, const kt_scope *scope, kt_node *no
     return good;
 }
 
-/* The slopes at the ends, per time; for an angle a rate. */
+/* Reads the slopes at both ends: changes of the value per second. Values in degrees (angles and their rates) have
+ * slopes in degrees, too. KT_QUANTITY_RATE stands for this unit alone, also if the function is itself a rate. */
 static bool read_slopes(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)field;
     kt_function *function = object;

@@ -145,6 +145,9 @@ static bool is_pin(const kt_model *model, const kt_group *group) {
     return off < 64.0 * DBL_EPSILON;
 }
 
+/* Chooses the form for damped steps of the assembly, y = -B' (B B' + mu 1)^-1 r (reduction/delassus.h). The form of
+ * Delassus sweeps wrenches to the ground, and has one column for each degree of freedom of a joint. Therefore the group
+ * must be on the ground, and no link may move freely. */
 void kt_form_choose_damped(const kt_model *model, kt_group *group) {
     bool fits = kt_group_has_fronts(group) && group->parent == 0 && group->loop_count <= KT_DELASSUS_MAX &&
                 kt_delassus_count((size_t)group->v_count) <= group->front.count && may_be(model, KT_FORM_DELASSUS);

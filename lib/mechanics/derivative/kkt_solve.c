@@ -188,7 +188,8 @@ KT_INLINE bool is_first(const kt_model *model, size_t i) {
     return g >= 0 && model->group_link[model->group[g].link] == (int32_t)i;
 }
 
-/* Backward pass at link i. A group is reduced at its first link, which the pass reaches last. */
+/* Backward pass at link i, with wrenches of c components (3 in a plane, otherwise 6). A group is reduced at its first
+ * link, which the pass reaches last. */
 KT_INLINE void backward_pass(const columns *k, size_t i, int c) {
     const int32_t g = k->model->link[i].group;
     if (g < 0)

@@ -80,7 +80,9 @@ static kt_status reject_singular_equations(kt_linearized *w, const kt_dynamic_st
     return kt_loops_reject_near(w->model, w->data, error);
 }
 
-/* Whether the following steps read the terms of the tree, or the links' motion in space. */
+/* Whether the derivatives of loops and effects (fill_loop_stiffness and the functions below) read motions of links in
+ * space, which planar models otherwise do not compute: effects with ends and formulas of markers read motions in
+ * space, and equations of auxiliary states are formulas. */
 static bool reads_space(const kt_model *model) {
     bool reads = model->n.x > 0 || (model->n.row && kt_loop_gradient_reads_space(model));
     for (size_t i = 0; i < model->n.effect; i++) {

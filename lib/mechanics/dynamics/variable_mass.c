@@ -115,10 +115,13 @@ static kt_status check_masses(const kt_model *model, double t, double part, kt_e
 
 /* ---- evaluations ------------------------------------------------------------------------------------------------- */
 
-/* `variable_mass_forward` of a model of variable masses. */
+/* Forward dynamics of a model of variable masses with its loops (kt_model.forward): updates the masses to the time of
+ * `at`, and solves the equations of a model whose masses are those of this instant. If these are singular, the error
+ * names a body without mass. */
 static kt_status forward_at(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                             kt_error *error) {
-    static const double rounding = 1e-9; /* of the mass at the start: adaptive steps approach its end */
+    static const double rounding = 1e-9; /* part of the mass at the start. Adaptive steps approach the time at which the
+                                          * mass ends, so that the mass may be small and still positive there */
     kt_status status = kt_masses_update(model, data, at->t, error);
     if (status == KT_OK)
         status = model->steady(kt_model_of_instant(model, data), data, at, a, error);

@@ -389,7 +389,7 @@ static void find_half_diagonal(const kt_group_work *w, const kt_half *h, int i) 
         find_half_diagonal_of(w, h, i, h->rank - LANES * i);
 }
 
-/* Rows of vector i and columns of vector j, j < i. */
+/* The block of S in the rows of vector i and the columns of vector j, j < i. */
 static void find_half_block(const kt_half *h, int i, int j) {
     const size_t m = (size_t)h->m, stride = LANES * (size_t)h->n;
     const kt_v4 *a = h->column + (size_t)i * m, *b = h->column + (size_t)j * m;

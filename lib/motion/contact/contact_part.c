@@ -342,15 +342,16 @@ static bool stop_slow_slip(kt_simulation *simulation) {
     return rests || (status == KT_OK && simulation->model != before);
 }
 
-/* Frees the contact that friction wedged in the last evaluation. Without such a contact, treats the slowest contact
- * that slips below its rest velocity. The attempts are, in this order:
+/* Frees the contact that friction wedged in the last evaluation. A contact wedges if it slips, and no normal force
+ * obeys Coulomb's law: friction mu N raises the force N that it needs by more than N (Painleve's paradox). Without
+ * such a contact, treats the slowest contact that slips below its rest velocity. The attempts are, in this order:
  *
- *     REST       slow slip comes to rest: it may turn faster than the shortest step, in which an implicit method finds
- *                no solution, or friction wedges a contact
+ *     REST       slow slip comes to rest. Slip so slow may turn its direction within less than the shortest step, and
+ *                the equations of an implicit step then have no solution
  *     RELEASE    the contact is released, if it then parts
  *     then       impulses without a collision stop the slip, up to IMPULSES times
- *     HOLD its slip is held for a short time; once for each contact. If the contact slips on nevertheless, other
- * contacts of its body slip, too; then all slow slip is held
+ *     HOLD       the slip is held for a short time, once for each contact. If the contact slips on nevertheless,
+ *                other contacts of its body slip, too, and all slow slip is held
  *
  * Returns false if no attempt is left. */
 bool kt_contacts_free_wedged(kt_simulation *simulation, int *attempt) {

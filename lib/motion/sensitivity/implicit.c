@@ -190,8 +190,10 @@ static void correct_slopes(const kt_step_work *w, kt_coupled c) {
     kt_coupled_solve(w, c, w->correction);
 }
 
-/* Computes F at a stage, into the block of one of the stages that are solved together. a: the accelerations of the
- * stage. For trees, it computes M F, and M (kt_stiffness_evaluate). */
+/* Differentiates the accelerations a(q, v, tau) at a stage, and stores the matrices as block `block` of the coupled
+ * stages. If rows are multiplied by M (has_coupled_mass), the matrices are M, M da/dq and M da/dv. They are the
+ * negative stiffness and damping, because M a = tau - h. `inputs` then asks for nothing: M da/dtau is 1
+ * (kt_coupled_differentiate). Otherwise the matrices are da/dq, da/dv and, with `inputs`, da/dtau. */
 static kt_status differentiate_implicit_stage(kt_step_work *w, size_t stage, size_t block, const double *a, bool inputs,
                                               kt_error *error) {
     const kt_model *model = w->model;

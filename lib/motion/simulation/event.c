@@ -48,7 +48,8 @@ _Static_assert((REPETITIONS + 1) * KT_EVENT_AT_LEAST + 2 <= KT_EVENT_EVALUATIONS
 /* The largest turn of a joint in a panel, by the rates at both ends of the step. */
 static const double half_turn = 3.14159265358979323846;
 
-/* No step is shorter. */
+/* The shortest step that the search for roots takes, s. A root is enclosed to 4 roundings of the time
+ * (kt_event_least_width), so that 16 such enclosures lie within the shortest step. */
 static double shortest_event_step(const kt_simulation *simulation, double t) {
     return 64.0 * DBL_EPSILON * kt_event_extent_of_times(simulation, t);
 }
@@ -451,8 +452,8 @@ static bool has_events(const kt_simulation *simulation) { return simulation->eve
 
 /* ---- effects of events ------------------------------------------------------------------------------------------- */
 
-/* Passes on the record of an event: once before its action, and again after the action if the action changed the
- * state. */
+/* Passes the present record to the recorder, if the event records or stops. Called before the action of the event, and
+ * again after an action that changed the state. */
 static kt_status hand_over_event(kt_simulation *simulation, size_t k, kt_recorder *recorder, void *user,
                                  kt_error *error) {
     const kt_event *event = &simulation->events.list[k];

@@ -242,7 +242,7 @@ kt_op kt_op_multiply(kt_graph *g, kt_op a, kt_op b) {
     }
     const bool first = take_sign(g, &a), minus = take_sign(g, &b) != first;
     const bool keep = kt_op_is_constant(g, a) || a < b;
-    const kt_op product = kt_op_is(g, a, 1.0) ? b : find_operation(g, KT_OP_MULTIPLY, keep ? a : b, keep ? b : a);
+    const kt_op product = find_operation(g, KT_OP_MULTIPLY, keep ? a : b, keep ? b : a);
     return minus ? kt_op_negate(g, product) : product;
 }
 

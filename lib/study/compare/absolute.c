@@ -276,7 +276,6 @@ static bool acts_in_cross(const kt_model *tree, const kt_description *d, const k
     return false;
 }
 
-/* Rejects an effect, or a loop. */
 static kt_status reject_effect(const kt_description *d, int i, const char *why, kt_error *error) {
     const kt_effect *effect = &d->effects[i];
     const kt_where_text where = effect->name != NULL
