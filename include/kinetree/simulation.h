@@ -90,7 +90,7 @@ typedef struct kt_simulation_options {
                               needs more values, a shorter step replaces it. A fixed step is searched more coarsely and
                               counted (kt_simulation_event_cuts) */
     double switch_gap; /* the largest gap of loops that kt_simulation_set_switches closes, m or rad; 0: 1e-6 times the
-                              mechanism's length, or times unity if the length is smaller */
+                              unit of the equation, which is 1 rad or the mechanism's length */
     kt_contact_scheme contact; /* KT_CONTACT_STEPS: with run->step, and without run->integrator; default: events */
     bool equals_model; /* `acceleration` has the model's results, with unchanged rates (kt_native_use). The default
                           method, derivatives and watch_works are then those of a simulation without it */

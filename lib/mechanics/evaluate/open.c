@@ -17,11 +17,22 @@
 
 #include "base/where.h"
 #include "evaluate/evaluate.h"
+#include "evaluate/slip.h"
+#include "loop/loop.h"
 #include "model/switching.h"
 #include "reduction/kernel.h"
 
-/* Gaps up to this part of the mechanism's length, or of 1 m or rad, touch. Rates up to this number do not part. */
+#include <math.h>
+
+/* Gaps up to this part of the contact's unit touch. Rates up to this part of the speed of the motion do not part. */
 static const double touching = 1e-9, parting = 1e-9;
+
+/* The speed of the motion, at least that of a fall from the mechanism's length, over this length, 1/s. */
+static double pace_of(const kt_model *all, const double *v) {
+    const double g = kt_vec3_norm(kt_v4_vec3(all->gravity)), fall = sqrt(g * all->length);
+    const double speed = kt_largest_speed(all, v);
+    return fmax(speed, fall) / all->length;
+}
 
 static kt_status reject_open_contact(const kt_model *model, size_t loop, double t, double gap, kt_error *error) {
     return kt_error_set(error, KT_ERROR_UNSUPPORTED,
@@ -55,6 +66,7 @@ typedef struct open_contacts {
     kt_data *data;
     double t;
     const double *q, *v;
+    double pace; /* pace_of v */
     bool moves;
 } open_contacts;
 
@@ -69,14 +81,14 @@ static bool touches(open_contacts *c, size_t i, double *gap) {
         c->kernels->pose(c->all, c->data, c->q);
         c->data->placed = c->all->n.planar == 0;
     }
-    const double least = touching * (c->all->length > 1.0 ? c->all->length : 1.0);
+    const double unit = kt_loop_unit(c->all, (int)i, 0);
     *gap = sign * c->kernels->first_row(c->all, c->data, i, c->t, c->q, NULL).residual;
-    if (!(*gap <= least))
+    if (!(*gap <= touching * unit))
         return false;
     if (!c->moves)
         c->kernels->move(c->all, c->data, c->v);
     c->moves = true;
-    return sign * c->kernels->first_row(c->all, c->data, i, c->t, c->q, c->v).rate <= parting;
+    return sign * c->kernels->first_row(c->all, c->data, i, c->t, c->q, c->v).rate <= parting * unit * c->pace;
 }
 
 static bool is_open_contact(const kt_loop_record *loop) {
@@ -89,17 +101,17 @@ static bool is_joint_friction(const kt_loop_record *loop) {
 
 /* Checks friction of joints that sticks: slip forwards without its switches, slip backwards with the switch of its
  * effect. */
-static kt_status check_friction(const kt_model *model, const kt_model *all, size_t i, double t, const double *v,
-                                kt_error *error) {
+static kt_status check_friction(const kt_model *model, const open_contacts *c, size_t i, kt_error *error) {
     const int effect = model->loop[i].friction - 1;
     const uint64_t stick = kt_switch_bits(model, kt_loop_switch(model, (int)i)),
                    back = kt_switch_bits(model, kt_effect_switch(model, effect)), on = model->set & (stick | back);
-    const double rate = v[all->link[all->loop[i].link[0]].v];
+    const double rate = c->v[c->all->link[c->all->loop[i].link[0]].v];
+    const double least = parting * kt_loop_unit(c->all, (int)i, 0) * c->pace;
     if ((on & stick) != 0)
         return KT_OK;
     if ((model->variants->switches.masked & stick) != 0 && model->loop[i].released)
-        return reject_released_friction(model, i, t, error);
-    return (on != 0 ? -rate : rate) <= parting ? reject_wrong_friction(model, i, t, rate, error) : KT_OK;
+        return reject_released_friction(model, i, c->t, error);
+    return (on != 0 ? -rate : rate) <= least ? reject_wrong_friction(model, i, c->t, rate, error) : KT_OK;
 }
 
 /* Checks open contacts and friction of joints from a loop on. */
@@ -108,7 +120,7 @@ static kt_status check_from(const kt_model *model, open_contacts *c, size_t firs
     for (size_t i = first; status == KT_OK && i < model->n.loop; i++) {
         double gap;
         if (is_joint_friction(&model->loop[i]))
-            status = check_friction(model, c->all, i, c->t, c->v, error);
+            status = check_friction(model, c, i, error);
         else if (is_open_contact(&model->loop[i]) && touches(c, i, &gap))
             status = reject_open_contact(model, i, c->t, gap, error);
     }
@@ -124,7 +136,10 @@ kt_status kt_open_contacts_place(const kt_model *model, kt_data *data, double t,
     if (first == model->n.loop)
         return KT_OK;
     open_contacts c = {.all = kt_variants_closed(model), .data = data, .t = t, .q = q, .v = v};
-    return c.all != NULL ? check_from(model, &c, first, error) : KT_OK;
+    if (c.all == NULL)
+        return KT_OK;
+    c.pace = pace_of(c.all, v);
+    return check_from(model, &c, first, error);
 }
 
 kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q, const double *v,

@@ -135,6 +135,9 @@ int kt_loop_term_count(const kt_loop *loop);
 kt_term kt_loop_term(const kt_loop *loop, int k);
 kt_vec3 kt_loop_axis(const kt_loop *loop, int end);
 
+/* The change of the residual of an equation if joints move by their units: 1 rad, or the mechanism's length. */
+double kt_loop_unit(const kt_model *model, int loop, int row);
+
 /* Computes the planar form of a loop from the poses of its ends in the plane's basis (e1, e2, n) at q = 0. Fills all
  * but arms and places. Returns false if the type, or its equations out of the plane, have no planar form. For
  * relations, returns true and fills nothing. `direction` and `length` are the bounds below which a number counts as

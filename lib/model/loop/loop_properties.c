@@ -127,6 +127,19 @@ kt_loop_measure kt_loop_measure_of(const kt_model *model, int loop, int row) {
     return f[0] != 0.0 || f[1] != 0.0 || f[2] != 0.0 ? KT_MEASURE_LENGTH : KT_MEASURE_ANGLE;
 }
 
+double kt_loop_unit(const kt_model *model, int loop, int row) {
+    const kt_loop_record *record = &model->loop[loop];
+    double unit = 0.0;
+    if (record->term_count == 0)
+        return kt_loop_measure_of(model, loop, row) == KT_MEASURE_ANGLE ? 1.0 : model->length;
+    for (int i = 0; i < record->term_count; i++) {
+        const kt_term_record *term = &model->term[record->term + i];
+        const bool is_length = kt_link_lengths(&model->link[term->link]) > 0;
+        unit = fmax(unit, fabs(term->coefficient) * (is_length ? model->length : 1.0));
+    }
+    return unit;
+}
+
 /* A relation of joints is an angle itself; see orientation.h for the others. */
 double kt_loop_residual_angle(const kt_model *model, int loop, int row, double residual) {
     if (!model || !KT_IS_INDEX(loop, model->n.loop) || !KT_IS_INDEX(row, model->loop[loop].row_count))

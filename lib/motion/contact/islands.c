@@ -9,6 +9,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "contact/contact.h"
 #include "kinetree/loop.h"
+#include "loop/loop.h"
 
 #include <assert.h>
 #include <math.h>
@@ -63,19 +64,6 @@ size_t kt_contacts_count_of_W(const kt_model *model, size_t whole) {
     return count;
 }
 
-/* The change of a gap, or of a joint with friction, if joints move by their units: 1 rad, or the mechanism's length. */
-static double unit_of_loop(const kt_model *all, int loop) {
-    const kt_loop_record *record = &all->loop[loop];
-    double unit = 0.0;
-    if (record->term_count == 0)
-        return kt_loop_measure_of(all, loop, 0) == KT_MEASURE_ANGLE ? 1.0 : all->length;
-    for (int i = 0; i < record->term_count; i++) {
-        const kt_term_record *term = &all->term[record->term + i];
-        unit = fmax(unit, fabs(term->coefficient) * (kt_link_lengths(&all->link[term->link]) > 0 ? all->length : 1.0));
-    }
-    return unit;
-}
-
 void kt_contacts_place_islands(struct kt_contacts *c) {
     const kt_model *all = c->all;
     size_t W = 0;
@@ -89,7 +77,7 @@ void kt_contacts_place_islands(struct kt_contacts *c) {
         W += numbers_of_W(of, (size_t)c->whole);
     }
     for (int k = 0; k < c->n; k++)
-        c->item[k].unit = unit_of_loop(all, c->item[k].loop);
+        c->item[k].unit = kt_loop_unit(all, c->item[k].loop, 0);
     for (int k = 0; k < c->n; k++)
         c->item[k].island = all->group[all->loop[c->item[k].loop].group].island;
 }

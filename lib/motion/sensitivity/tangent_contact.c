@@ -8,13 +8,14 @@
 #include "dynamics/dynamics.h"
 #include "kinetree/loop.h"
 #include "kinetree/mechanism.h"
+#include "loop/loop.h"
 #include "model/switching.h"
 #include "sensitivity/sensitivity.h"
 
 #include <math.h>
 
-/* Gaps within this part of the mechanism's length, or of 1 m or rad, count as zero. Reactions within this part of the
- * largest reaction also count as zero. */
+/* Gaps within this part of their units (a radian, the mechanism's length) count as zero. Reactions within this part of
+ * the largest reaction also count as zero, each times the unit of its equation. */
 static const double rounding = 1e-9;
 
 static uint64_t bit_of(const kt_model *model, size_t loop) {
@@ -55,7 +56,6 @@ static kt_status check_sticks(const kt_step_work *w, kt_error *error) {
 static kt_status check_gaps(kt_step_work *w, const double *next, uint64_t mask, kt_error *error) {
     const kt_model *model = w->model,
                    *all = kt_model_switched(model, model->set | mask | model->variants->switches.masked);
-    const double least = -rounding * fmax(1.0, model->length);
     kt_data *data = NULL;
     kt_status status = kt_data_init_followed(all, w->contact_memory, kt_data_size(model), &data, error);
     if (status == KT_OK)
@@ -66,7 +66,7 @@ static kt_status check_gaps(kt_step_work *w, const double *next, uint64_t mask, 
         if (!bounds(loop) || !kt_loop_is_off(&model->loop[i]))
             continue;
         const double gap = side_sign_of(loop) * w->contact_row[loop->equation];
-        if (gap < least)
+        if (gap < -rounding * kt_loop_unit(all, (int)i, 0))
             status = reject_contact_derivatives(w, i, "closes", gap, error);
     }
     return status;
@@ -83,14 +83,15 @@ static kt_status check_reactions(kt_step_work *w, const double *next, kt_error *
     kt_auxiliary_states_put(model, data, next);
     status = kt_multiplier_evaluate(model, data, w->step->t + w->step->h, next, next + model->n.q, w->step->tau,
                                     w->step->external, w->contact_row, error);
-    for (size_t i = 0; status == KT_OK && i < model->n.row; i++)
-        most = fmax(most, fabs(w->contact_row[i]));
+    for (size_t i = 0; status == KT_OK && i < model->n.loop; i++)
+        for (int r = 0; r < model->loop[i].row_count; r++)
+            most = fmax(most, fabs(w->contact_row[model->loop[i].equation + r]) * kt_loop_unit(model, (int)i, r));
     for (size_t i = 0; status == KT_OK && i < model->n.loop; i++) {
         const kt_loop_record *loop = &model->loop[i];
         if (!bounds(loop) || kt_loop_is_off(loop))
             continue;
         const double reaction = side_sign_of(loop) * w->contact_row[loop->equation];
-        if (reaction < -rounding * fmax(most, 1e-300))
+        if (reaction * kt_loop_unit(model, (int)i, 0) < -rounding * fmax(most, 1e-300))
             status = reject_contact_derivatives(w, i, "opens, as its reaction would pull,", reaction, error);
     }
     return status;

@@ -25,22 +25,25 @@
 #include <string.h>
 
 /* Loops that are switched on may be open, since the last step did not close them. This gap is not rounding. The gap is
- * closed if it is at most this long, or as long as the caller allows. Relative to the model's length, or 1 m. */
+ * closed if it is at most this part of its scale (a radian, the mechanism's length), or as long as the caller
+ * allows. */
 #define OPEN_MOST 1e-6
 
 static kt_status check_gap(kt_simulation *simulation, double t, const double *y, kt_error *error) {
     const kt_model *model = simulation->model;
+    const double *v = y + simulation->size.nq, most = simulation->options.switch_gap;
     kt_residual residual;
-    const kt_status status = kt_loop_residual(model, simulation->data, t, y, y + simulation->size.nq, &residual, error);
-    const double most =
-        simulation->options.switch_gap > 0.0 ? simulation->options.switch_gap : OPEN_MOST * fmax(1.0, model->length);
-    if (status != KT_OK || residual.position <= most)
+    kt_violation violation = kt_violation_none;
+    const kt_status status = kt_loop_residual(model, simulation->data, t, y, v, &residual, error);
+    if (status == KT_OK)
+        (void)model->group_kernels->residuals(model, simulation->data, t, y, v, NULL, &violation);
+    if (status != KT_OK || (most > 0.0 ? residual.position <= most : violation.gap <= OPEN_MOST))
         return status;
     return kt_error_set(error, KT_ERROR_CONSTRAINT, kt_where_format("t = %.9g s", t).text,
                         "loops are switched on that are open by %.3g (m or rad), more than %.3g; switch them on when "
                         "they are closed: change the start or the event, or use engage_here, which closes a loop with "
                         "the world where its body is. A program in C may raise kt_simulation_options.switch_gap",
-                        residual.position, most);
+                        residual.position, most > 0.0 ? most : OPEN_MOST * residual.position / violation.gap);
 }
 
 /* Writes the state and the work done after the switch to y. */

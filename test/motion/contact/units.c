@@ -1,0 +1,112 @@
+/* Limits of gaps and rates, which count in the units of the mechanism: a mass above a stop, at the end of an arm of any
+ * length. Gravity grows with the length, so that the motion is the same in these units. */
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "kinetree/mechanism.h"
+#include "kinetree/sensitivity.h"
+#include "kinetree/simulation.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "check.h"
+#include "fixture.h"
+
+static const double lengths[] = {1.0, 0x1p-20, 0x1p20};
+enum { LENGTHS = sizeof lengths / sizeof *lengths };
+
+typedef struct subject {
+    kt_body body;
+    kt_effect stop;
+    kt_loop lock;
+    kt_term term;
+    kt_description description;
+} subject;
+
+/* A mass on a slide at the distance `length`. The stop and the lock are at 0; the lock is switched off. */
+static void make_subject(double length, subject *s) {
+    *s = (subject){.lock = kt_loop_default(), .description = kt_description_default()};
+    s->body = kt_body_of("mass", NULL, KT_JOINT_PRISMATIC, 1.0);
+    s->body.joint.at = kt_vec3_make(length, 0.0, 0.0);
+    s->stop = kt_effect_of(KT_EFFECT_JOINT_LIMIT, "mass");
+    s->stop.lower = 0.0;
+    s->stop.restitution = 0.0;
+    s->term = (kt_term){.joint = "mass", .coefficient = 1.0};
+    s->lock.name = "lock";
+    s->lock.type = KT_LOOP_COUPLING;
+    s->lock.terms = &s->term;
+    s->lock.term_count = 1;
+    s->lock.switching = KT_SWITCHED_OFF;
+    s->description.gravity = kt_vec3_make(0.0, 0.0, -10.0 * length);
+    s->description.bodies = &s->body;
+    s->description.body_count = 1;
+}
+
+/* The status of a step of 0.1 s, within which the mass falls by 0.05 lengths. */
+static kt_status status_of_step(double length, double q) {
+    subject s;
+    make_subject(length, &s);
+    s.description.effects = &s.stop;
+    s.description.effect_count = 1;
+    const kt_model *model = kt_test_model(&s.description, NULL);
+    const double v = 0.0;
+    double A[4];
+    kt_error error = {0};
+    const kt_step step = {.method = kt_method_find("rk4"), .h = 0.1};
+    const size_t size = (kt_step_work_size(model, step.method) + 63) / 64 * 64;
+    void *work = aligned_alloc(64, size);
+    const kt_status status =
+        kt_step_derivatives(model, kt_test_data(model), work, size, &step, &q, &v, NULL, NULL, A, NULL, &error);
+    free(work);
+    return status;
+}
+
+KT_TEST(steps_with_derivatives_reject_the_same_gaps_in_all_units) {
+    for (int k = 0; k < LENGTHS; k++) {
+        const double length = lengths[k];
+        kt_check_equal_int("ends above the stop", status_of_step(length, 0.0501 * length), KT_OK);
+        kt_check_equal_int("ends beyond it", status_of_step(length, 0.0499 * length), KT_ERROR_UNSUPPORTED);
+        kt_check_equal_int("by rounding", status_of_step(length, (0.05 - 1e-10) * length), KT_OK);
+    }
+}
+
+/* The status of an acceleration of the model without closed contacts. */
+static kt_status status_of_acceleration(double length, double q, double v) {
+    subject s;
+    make_subject(length, &s);
+    s.description.effects = &s.stop;
+    s.description.effect_count = 1;
+    const kt_model *model = kt_test_model(&s.description, NULL);
+    double a;
+    kt_error error = {0};
+    return kt_acceleration_evaluate(model, kt_test_data(model), 0.0, &q, &v, NULL, NULL, &a, &error);
+}
+
+KT_TEST(accelerations_are_rejected_in_the_same_states_in_all_units) {
+    for (int k = 0; k < LENGTHS; k++) {
+        const double length = lengths[k];
+        kt_check_equal_int("a gap", status_of_acceleration(length, 1e-5 * length, 0.0), KT_OK);
+        kt_check_equal_int("touches", status_of_acceleration(length, 1e-10 * length, 0.0), KT_ERROR_UNSUPPORTED);
+        kt_check_equal_int("parts", status_of_acceleration(length, 0.0, 1e-7 * length), KT_OK);
+        kt_check_equal_int("parts by rounding", status_of_acceleration(length, 0.0, 1e-10 * length),
+                           KT_ERROR_UNSUPPORTED);
+    }
+}
+
+/* The status of a switch that closes the lock over a gap. */
+static kt_status status_of_switch(double length, double gap) {
+    subject s;
+    make_subject(length, &s);
+    s.body.joint.position[0] = gap;
+    s.description.loops = &s.lock;
+    s.description.loop_count = 1;
+    kt_simulation *simulation = kt_test_simulation(kt_test_model(&s.description, NULL), NULL, NULL);
+    kt_error error = {0};
+    return kt_simulation_set_switches(simulation, 1, NULL, &error);
+}
+
+KT_TEST(a_switch_closes_the_same_gaps_in_all_units) {
+    for (int k = 0; k < LENGTHS; k++) {
+        kt_check_equal_int("a small gap", status_of_switch(lengths[k], 1e-7 * lengths[k]), KT_OK);
+        kt_check_equal_int("a large one", status_of_switch(lengths[k], 1e-5 * lengths[k]), KT_ERROR_CONSTRAINT);
+    }
+}
