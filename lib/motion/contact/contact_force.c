@@ -66,8 +66,8 @@ kt_status kt_record_contact(const kt_record *record, int effect, kt_contact_load
                             kt_where_at("contact", kt_effect_name(model, effect), record->t).text,
                             "the record has no reactions, which are the forces of hard contacts; request "
                             "KT_RECORD_REACTION in kt_run.record");
-    const kt_contact_kinematics place = kt_contact_kinematics_find(record->data, found);
-    kt_contact_load out = {.point = place.point, .normal = place.normal, .slip = place.slip};
+    const kt_contact_kinematics at = kt_contact_kinematics_find(record->data, found);
+    kt_contact_load out = {.point = at.point, .normal = at.normal, .slip = at.slip};
     if (found->loops > 0) {
         find_hard_contact(record, found, &out);
     } else {

@@ -319,11 +319,11 @@ static void accept_moreau(void *user) {
     kt_moreau *m = simulation->moreau;
     const struct kt_contacts *c = simulation->contacts;
     kt_contact_counts *counts = &simulation->memory.contacts;
-    m->kept_counts = *counts;
-    kt_copy(m->kept, simulation->contact_state, (size_t)c->n * sizeof *m->kept);
+    m->saved_counts = *counts;
+    kt_copy(m->saved, simulation->contact_state, (size_t)c->n * sizeof *m->saved);
     for (int k = 0; k < c->n; k++)
         if (!kt_contact_rubs(c, k))
-            store_force(simulation, k, m->place[k]);
+            store_force(simulation, k, m->item_of[k]);
     counts->closed += m->counts.closed;
     counts->pivots += m->counts.newton;
     counts->failures += m->counts.failures;
@@ -337,8 +337,8 @@ static void accept_moreau(void *user) {
 static void retreat_moreau(void *user) {
     kt_simulation *simulation = user;
     const kt_moreau *m = simulation->moreau;
-    kt_copy(simulation->contact_state, m->kept, (size_t)simulation->contacts->n * sizeof *m->kept);
-    simulation->memory.contacts = m->kept_counts;
+    kt_copy(simulation->contact_state, m->saved, (size_t)simulation->contacts->n * sizeof *m->saved);
+    simulation->memory.contacts = m->saved_counts;
 }
 
 const struct kt_leap kt_moreau_leap = {leap, accept_moreau, retreat_moreau};

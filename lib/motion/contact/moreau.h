@@ -20,7 +20,7 @@ enum { KT_MOREAU_NO_PART = -1, KT_MOREAU_HELD = -2 };
     X(double, change, s->nv, "scratch: displacements")                                                                 \
     X(double, position, s->nq, "scratch")                                                                              \
     X(double, rate, s->x, "scratch: of auxiliary states")                                                              \
-    X(int, place, s->n_contacts, "of each contact: its item, or a reason why it has none")                             \
+    X(int, item_of, s->n_contacts, "of each contact: its item, or a reason why it has none")                           \
     X(int, item, s->items, "the contact, or dry friction")                                                             \
     X(int, next, s->items, "the next item of its island; -1: none")                                                    \
     X(kt_moreau_island, island, s->islands, "items of each island of contacts")                                        \
@@ -40,7 +40,7 @@ enum { KT_MOREAU_NO_PART = -1, KT_MOREAU_HELD = -2 };
     X(double, b, 3 * s->most, "of the cone solver")                                                                    \
     X(double, p, 3 * s->items, "impulses")                                                                             \
     X(double, column, s->nv, "scratch: of a response")                                                                 \
-    X(kt_contact_memory, kept, s->n_contacts, "of contacts before the last step was accepted")                         \
+    X(kt_contact_memory, saved, s->n_contacts, "of contacts before the last step was accepted")                        \
     X(char, cone_memory, s->cone, "the cone solver, unless struct kt_contacts has one")                                \
     X(double, tau, s->nv, "of a record: torques, and forces of contacts in joints")                                    \
     X(kt_wrench, external, s->body, "of a record: wrenches on bodies, and of contacts")                                \
@@ -74,7 +74,7 @@ typedef struct kt_moreau {
     int dry;          /* number of items of dry friction, which come first */
     kt_cone *cone;
     kt_moreau_counts counts;
-    kt_contact_counts kept_counts; /* before the last step was accepted */
+    kt_contact_counts saved_counts; /* before the last step was accepted */
     KT_ARENA_DECLARE(KT_MOREAU_FIELDS)
 } kt_moreau;
 

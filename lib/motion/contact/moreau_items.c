@@ -45,7 +45,7 @@ static void clear_items(kt_simulation *simulation) {
     kt_contacts_clear_rows(c);
     m->count = 0;
     for (int k = 0; k < c->n; k++)
-        m->place[k] = KT_MOREAU_NO_PART;
+        m->item_of[k] = KT_MOREAU_NO_PART;
     for (int i = 0; i < c->islands; i++) {
         c->island[i].known = 0;
         m->island[i] = (kt_moreau_island){.first = -1, .last = -1};
@@ -66,7 +66,7 @@ static void append_item(kt_simulation *simulation, int i) {
 static int list_item(kt_simulation *simulation, int k) {
     kt_moreau *m = simulation->moreau;
     const int i = m->count++;
-    m->place[k] = i;
+    m->item_of[k] = i;
     m->item[i] = k;
     append_item(simulation, i);
     return i;
@@ -80,8 +80,8 @@ static void drop_items(kt_simulation *simulation, int from) {
         kt_contact_island *at = &c->island[c->item[m->item[i]].island];
         at->touching = m->first[i] - at->row;
         at->known = at->touching;
-        if (m->place[m->item[i]] == i)
-            m->place[m->item[i]] = KT_MOREAU_NO_PART;
+        if (m->item_of[m->item[i]] == i)
+            m->item_of[m->item[i]] = KT_MOREAU_NO_PART;
     }
     m->count = from;
     for (int k = 0; k < c->islands; k++) {
@@ -290,7 +290,7 @@ static bool list_closing(kt_simulation *simulation, double h, const double *v, b
     const struct kt_contacts *c = simulation->contacts;
     bool any = false;
     for (int k = 0; k < c->sides; k++) {
-        if (simulation->moreau->place[k] != KT_MOREAU_NO_PART || kt_contact_is_released(&c->item[k]) ||
+        if (simulation->moreau->item_of[k] != KT_MOREAU_NO_PART || kt_contact_is_released(&c->item[k]) ||
             !(is_closing(simulation, k, h) || (begins && was_closed(simulation, k, v))))
             continue;
         set_law(simulation, add_moreau_item(simulation, k, v), h);
@@ -397,7 +397,7 @@ static kt_status spare_held_items(kt_simulation *simulation, int from, bool *any
         const bool closes = m->begin[r] < -rest || m->free[r] < -rest;
         if ((c->all->driven && closes) || kt_contact_has_lever(c, m->item[i], own, square))
             continue;
-        m->place[m->item[i]] = KT_MOREAU_HELD;
+        m->item_of[m->item[i]] = KT_MOREAU_HELD;
         *any = true;
     }
     return status;
