@@ -441,25 +441,25 @@ static void count_crossing(const crossing *c, bool interpolated) {
  */
 static void remove_power(const crossing *c, double *a) {
     const kt_model *model = c->model;
-    const double *v = c->at.v;
+    const double *v = c->at.v, rate = largest_difference(model, v, NULL);
     double *needed = kt_scratch_part(model, c->data, 1), *at = kt_scratch_part(model, c->data, 2), power[2];
     double *given = kt_scratch_part(model, c->data, 3);
     memcpy(given, a, model->n.v * sizeof *a);
     memcpy(at, a, model->n.v * sizeof *a);
-    for (int k = 0; k < 2; k++) { /* with a; with a + v, which adds v . M v */
+    for (int k = 0; k < 2; k++) { /* with a; with a + rate v, which adds rate v . M v */
         if (kt_inverse_trusted(model, c->data, c->at.q, v, at, c->at.external, needed, NULL) != KT_OK)
             return;
         power[k] = 0.0;
         for (size_t i = 0; i < model->n.group_v; i++) {
             const int32_t j = model->group_v[i];
             power[k] += v[j] * (needed[j] - c->at.tau[j]);
-            at[j] = given[j] + v[j];
+            at[j] = given[j] + rate * v[j];
         }
     }
     const double by = power[1] > power[0] ? power[0] / (power[1] - power[0]) : 0.0;
     memcpy(a, given, model->n.v * sizeof *a);
     for (size_t i = 0; i < model->n.group_v; i++)
-        a[model->group_v[i]] -= by * v[model->group_v[i]];
+        a[model->group_v[i]] -= by * rate * v[model->group_v[i]];
 }
 
 /* Computes the acceleration near a singular position again, if a better one than the direct one in data->scratch is
