@@ -10,6 +10,9 @@
 #include <string.h>
 
 static const double converged = 1e-9, polished = 1e-12;
+/* Corners of a face share an impact in many ways, and Newton's method may end at a residual that is enough, but not
+ * rounding. The interior point method then finds a solution in the middle. It costs too much for large problems. */
+enum { SMALL = 8 };
 enum { NEWTON_MOST = 25, MANY = 600, TURNS = 10, TURN_SWEEPS = 10, TURN_NEWTON = 10 };
 
 /* ---- sweeps ------------------------------------------------------------------------------------------------------ */
@@ -201,23 +204,6 @@ static void approach(kt_cone *cone, const kt_cone_linear *of, double *y) {
 
 /* ---- the cascade ------------------------------------------------------------------------------------------------- */
 
-/* Lists the blocks of W that are not zero: contacts share a body with a few others. */
-static void list_blocks(kt_cone *cone) {
-    const int m = 3 * cone->n;
-    int count = 0;
-    for (int i = 0; i < cone->n; i++) {
-        cone->first[i] = count;
-        for (int j = 0; j < cone->n; j++) {
-            bool any = i == j;
-            for (int k = 0; k < 9 && !any; k++)
-                any = cone->W[(3 * i + k / 3) * m + 3 * j + k % 3] != 0.0;
-            if (any)
-                cone->block[count++] = j;
-        }
-    }
-    cone->first[cone->n] = count;
-}
-
 /* Copies the problem and the start p in scaled numbers: W_ij s_i s_j, b_i s_i and x_i = p_i / s_i. The scale s_i
  * makes the largest diagonal entry of the block W_ii equal to 1, so that masses and units do not matter. */
 static void scale_problem(kt_cone *cone, const kt_cone_problem *problem, const double *p) {
@@ -249,7 +235,7 @@ static void scale_problem(kt_cone *cone, const kt_cone_problem *problem, const d
     }
     if (rate == 0.0 && problem->gain > 0.0 && !cone->has_least) /* p = 0 solves it, and gain |b| is no size */
         memset(cone->x, 0, (size_t)m * sizeof *cone->x);
-    list_blocks(cone);
+    kt_cone_list_blocks(cone);
 }
 
 /* Sweeps and Newton in turn, each from the end of the other. From modes between which Newton's method cycles, sweeps
@@ -290,6 +276,17 @@ static void run_round(kt_cone *cone, const kt_cone_linear *of, kt_cone_round rou
     }
 }
 
+/* Runs one solver, and keeps its solution if it is the best so far. */
+static void take_round(kt_cone *cone, const kt_cone_linear *of, kt_cone_round round, kt_cone_result *result) {
+    run_round(cone, of, round);
+    const double left = kt_cone_residual(cone, of, cone->y);
+    if (left < result->residual) {
+        result->residual = left;
+        result->round = round;
+        memcpy(cone->found, cone->y, 3 * (size_t)cone->n * sizeof *cone->y);
+    }
+}
+
 kt_cone_result kt_cone_cascade(kt_cone *cone, const kt_cone_problem *problem, double *p) {
     assert(problem->n >= 0 && problem->n <= cone->most);
     kt_cone_result result = {.residual = (double)INFINITY};
@@ -297,16 +294,11 @@ kt_cone_result kt_cone_cascade(kt_cone *cone, const kt_cone_problem *problem, do
     const kt_cone_linear of = {cone->W, cone->b};
     memcpy(cone->found, cone->x, 3 * (size_t)cone->n * sizeof *p);
     cone->enough = fmax(problem->enough, polished);
-    cone->fine = fmax(1e-3 * problem->enough, polished);
-    for (int round = 0; round < KT_CONE_ROUNDS && !(result.residual <= cone->enough); round++) {
-        run_round(cone, &of, (kt_cone_round)round);
-        const double left = kt_cone_residual(cone, &of, cone->y);
-        if (left < result.residual) {
-            result.residual = left;
-            result.round = (kt_cone_round)round;
-            memcpy(cone->found, cone->y, 3 * (size_t)cone->n * sizeof *p);
-        }
-    }
+    for (int round = 0; round < KT_CONE_ROUNDS && !(result.residual <= cone->enough); round++)
+        take_round(cone, &of, (kt_cone_round)round, &result);
+    cone->enough = polished;
+    if (cone->n <= SMALL && result.residual > polished)
+        take_round(cone, &of, KT_CONE_INTERIOR, &result);
     result.newton = cone->newton;
     result.converged = result.residual <= converged;
     for (int r = 0; r < 3 * cone->n; r++)

@@ -124,8 +124,10 @@ static double find_gap(kt_cone *cone, interior *it) {
     it->smooth = fmin(1e-3, it->tau);
     for (int i = 0; i < m; i++) {
         double sum = cone->near_b[i] - cone->s[i];
-        for (int j = 0; j < m; j++)
+        for (int k = 3 * cone->first[i / 3]; k < 3 * cone->first[i / 3 + 1]; k++) {
+            const int j = 3 * cone->block[k / 3] + k % 3;
             sum += entry_of_Q(cone, i, j) * cone->r[j];
+        }
         const double *s = cone->s + i;
         if (i % 3 == 0)
             sum += sqrt(s[1] * s[1] + s[2] * s[2] + it->smooth * it->smooth) - it->smooth;
@@ -139,7 +141,7 @@ static double find_gap(kt_cone *cone, interior *it) {
  *     A += (1 - e_n g') F F,   dr = (1 - e_n g') F d - gap
  * F is the scaling (find_frame), d the centring step, and g the gradient of the smoothed g(s). */
 static void add_block(kt_cone *cone, const interior *it, int i) {
-    const int m = 3 * cone->n;
+    double *A = kt_cone_block(cone, i, i);
     const double *F = cone->frame + 9 * i, *s = cone->s + 3 * i;
     const double slip = sqrt(s[1] * s[1] + s[2] * s[2] + it->smooth * it->smooth);
     const double g[3] = {0.0, s[1] / slip, s[2] / slip};
@@ -153,11 +155,11 @@ static void add_block(kt_cone *cone, const interior *it, int i) {
     for (int u = 0; u < 3; u++) {
         double right = Fd[u];
         for (int v = 0; v < 3; v++)
-            cone->A[(3 * i + u) * m + 3 * i + v] += square[3 * u + v];
+            A[3 * u + v] += square[3 * u + v];
         for (int k = 1; k < 3 && u == 0; k++) {
             right -= g[k] * Fd[k];
             for (int v = 0; v < 3; v++)
-                cone->A[3 * i * m + 3 * i + v] -= g[k] * square[3 * k + v];
+                A[v] -= g[k] * square[3 * k + v];
         }
         cone->dr[3 * i + u] = right - cone->gap[3 * i + u];
     }
@@ -165,12 +167,13 @@ static void add_block(kt_cone *cone, const interior *it, int i) {
 
 /* Fills the matrix A of a step of the interior-point method: Q, and on its diagonal the block of each cone. */
 static void fill_direction(kt_cone *cone, const interior *it) {
-    const int m = 3 * cone->n;
-    for (int i = 0; i < m; i++)
-        for (int j = 0; j < m; j++)
-            cone->A[i * m + j] = entry_of_Q(cone, i, j);
-    for (int i = 0; i < cone->n; i++)
+    kt_cone_clear_equations(cone);
+    for (int i = 0; i < cone->n; i++) {
+        for (int k = cone->first[i]; k < cone->first[i + 1]; k++)
+            for (int c = 0; c < 9; c++)
+                kt_cone_block(cone, i, cone->block[k])[c] = entry_of_Q(cone, 3 * i + c / 3, 3 * cone->block[k] + c % 3);
         add_block(cone, it, i);
+    }
 }
 
 /* The step (dr, ds) towards the centre sigma tau; corrects: with Mehrotra's term. Returns the longest step. */
@@ -189,10 +192,7 @@ static double find_direction(kt_cone *cone, const interior *it, bool corrects) {
         jordan_divide(cone->lambda + 3 * i, right, cone->centre + 3 * i);
     }
     fill_direction(cone, it);
-    if (!kt_cone_eliminate(3 * cone->n, cone->A, cone->dr)) {
-        fill_direction(cone, it);
-        kt_cone_eliminate_completely(cone, 3 * cone->n, cone->dr);
-    }
+    kt_cone_eliminate(cone, cone->dr);
     for (int i = 0; i < cone->n; i++) {
         const double *F = cone->frame + 9 * i, *dr = cone->dr + 3 * i;
         double t[3];

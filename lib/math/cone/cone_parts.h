@@ -21,8 +21,6 @@
     X(double, dx, m, "step of Newton's method")                                                                        \
     X(double, trial, m, "x + dx")                                                                                      \
     X(double, best, m, "of Newton's method")                                                                           \
-    X(double, right, m, "of a linear system")                                                                          \
-    X(double, part, m, "likewise")                                                                                     \
     X(double, target, m, "of n: the value of a normal impulse that is known")                                          \
     X(double, x, m, "of the cascade")                                                                                  \
     X(double, y, m, "of a round")                                                                                      \
@@ -37,10 +35,9 @@
     X(double, centre, m, "of the complementarity")                                                                     \
     X(double, gap, m, "of the equations")                                                                              \
     X(double, frame, 3 * m, "Nesterov and Todd's scaling, 3 x 3 each")                                                 \
-    X(int, index, m, "unknowns")                                                                                       \
-    X(int, slot, m, "of each row: its place among the unknowns, or -1")                                                \
     X(int, first, m + 1, "of n + 1: the first of an item's blocks in `block`")                                         \
-    X(int, order, m, "of columns")                                                                                     \
+    X(int, later_first, m + 1, "likewise in `later`")                                                                  \
+    X(int, order, m, "of members of a set")                                                                            \
     X(int, mode, m, "of n")
 
 /* Arrays for problems of n contacts, of which m / 3 have room in matrices. */
@@ -57,17 +54,18 @@
 
 #define KT_CONE_MATRICES(X)                                                                                            \
     X(double, W, m *m, "scaled")                                                                                       \
-    X(double, A, m *m, "of a linear system")                                                                           \
+    X(double, A, m *m, "of linear equations: blocks of 3 x 3")                                                         \
+    X(int, place, m *m / 9, "of two items: the place of their block in A, or -1")                                      \
+    X(int, later, m *m / 9, "of each item: later items, to which elimination couples it")                              \
     X(int, block, m *m / 9, "of each item: the items whose block of W is not zero, itself among them")
 
 struct kt_cone {
     int most; /* contacts */
     int n;
     bool symmetric, has_least, has_limit;
-    int newton;
+    int newton, blocks;
     double gain;   /* the largest impulse in the size of a residual, over the largest rate; 0: unbounded */
     double enough; /* the residual at which the cascade ends */
-    double fine;   /* residual at which Newton's method ends, if its steps are slow */
     KT_ARENA_DECLARE(KT_CONE_FIELDS)
     KT_ARENA_DECLARE(KT_CONE_MATRICES)
     KT_ARENA_DECLARE(KT_CONE_MEMBER_FIELDS)
@@ -87,14 +85,15 @@ double kt_cone_residual(kt_cone *cone, const kt_cone_linear *of, const double *x
  * Steps have Levenberg and Marquardt's damping, in proportion to the residual: redundant contacts leave W singular. */
 bool kt_cone_newton(kt_cone *cone, const kt_cone_linear *of, double *x, int most);
 
-/* Solves A x = right (n x n), and overwrites A. x: right-hand side, then the solution.
- *
- * kt_cone_eliminate has partial pivoting. If a pivot vanishes, the function returns false, and the caller writes A and
- * x again.
- *
- * kt_cone_eliminate_completely has complete pivoting. The unknowns of vanishing pivots become 0. */
-bool kt_cone_eliminate(int n, double *A, double *x);
-void kt_cone_eliminate_completely(kt_cone *cone, int n, double *x);
+/* Equations A x = y in blocks of 3 x 3 (cone_equations.c). kt_cone_list_blocks finds the blocks of W and of A.
+ * kt_cone_clear_equations begins with A = 0. kt_cone_eliminate solves from y to x, and overwrites A. */
+void kt_cone_list_blocks(kt_cone *cone);
+void kt_cone_clear_equations(kt_cone *cone);
+void kt_cone_eliminate(kt_cone *cone, double *x);
+/* Block (i, j) of A, by rows. */
+static inline double *kt_cone_block(const kt_cone *cone, int i, int j) {
+    return cone->A + 9 * cone->place[i * cone->n + j];
+}
 
 /* The interior point method, to y; then Newton. */
 void kt_cone_interior(kt_cone *cone, double *y);
