@@ -40,8 +40,9 @@
  * Friction that sticks in a heap is redundant, too, but the gaps of its contacts are independent. Then bounds that
  * part, r > 0, may have no solution: a sphere between two walls cannot leave both. Others, r < 0, have solutions in
  * which contacts slip or open by rounding. So a closed contact does not return the speed of its approach, unless its
- * gap is curved. A gap counts as zero while both bodies are at rest, if the residual of the cone solver explains the
- * gap. Then all contacts stick with r = 0, and the impulses of the last step solve the next step.
+ * gap is curved. If both bodies are at rest and the residual of the cone solver explains the gap of a closed contact, of
+ * either sign, a displacement closes the gap: the equation g(qm) + J M^-1 J' m = 0 replaces the complementarity. Then
+ * all contacts stick with r = 0, and the impulses of the last step solve the next step.
  *
  * The impulses of a step dissipate -p . (u- + u+) / 2. If restitution makes this negative, the restitution is halved,
  * as for events (contact/impact.c); steps that still gain energy are counted. A displacement lifts weights: its energy
@@ -163,8 +164,11 @@ static kt_status add_impulses(kt_simulation *simulation, double h, const double 
     bool any = false;
     kt_moreau_take_free(simulation, h);
     kt_status status = kt_moreau_add_closing(simulation, h, v, &any, error);
-    if (status == KT_OK && !again && kt_moreau_correct(simulation, h, true))
+    if (status == KT_OK && !again) {
+        (void)kt_moreau_correct(simulation, h, true);
+        kt_moreau_settle_gaps(simulation, h);
         kt_moreau_renew_laws(simulation, h);
+    }
     any = simulation->moreau->count > 0;
     for (int round = 0; status == KT_OK && any && round < ROUNDS; round++) {
         status = kt_moreau_solve(simulation, error);
@@ -186,7 +190,7 @@ static kt_status take_pass(kt_simulation *simulation, double t, double h, const 
     if (status == KT_OK)
         move_states(simulation, again ? h : 0.5 * h, y);
     if (status == KT_OK && !again)
-        status = kt_moreau_begin(simulation, t, h, v, error);
+        status = kt_moreau_begin(simulation, t, v, error);
     return status == KT_OK ? add_impulses(simulation, h, v, again, error) : status;
 }
 

@@ -117,16 +117,19 @@ void kt_moreau_add_response(const kt_simulation *simulation, int i, int r, doubl
  * kt_moreau_solve computes the impulses, and m->after with them.
  *
  * kt_moreau_correct moves the middle out of contacts, and updates their gaps. Returns whether the middle was moved.
- * begins: impulses of the step are not known yet.
+ * begins: impulses of the step are not known yet. Then closed contacts of bodies at rest become closed exactly, up to
+ * kt_moreau_settled_gap: the largest gap that the cone solver's residual explains; negative for any other contact.
  *
- * kt_moreau_renew_laws updates bounds behind a displacement. */
-KT_CHECKED kt_status kt_moreau_begin(kt_simulation *simulation, double t, double h, const double *v, kt_error *error);
+ * kt_moreau_settle_gaps sets such gaps to zero, and kt_moreau_renew_laws updates bounds, behind a displacement. */
+KT_CHECKED kt_status kt_moreau_begin(kt_simulation *simulation, double t, const double *v, kt_error *error);
 void kt_moreau_take_free(kt_simulation *simulation, double h);
 KT_CHECKED kt_status kt_moreau_add_closing(kt_simulation *simulation, double h, const double *v, bool *any,
                                            kt_error *error);
 KT_CHECKED kt_status kt_moreau_solve(kt_simulation *simulation, kt_error *error);
 bool kt_moreau_correct(kt_simulation *simulation, double h, bool begins);
 void kt_moreau_renew_laws(kt_simulation *simulation, double h);
+double kt_moreau_settled_gap(const kt_simulation *simulation, int k, double h);
+void kt_moreau_settle_gaps(kt_simulation *simulation, double h);
 
 /* Records (moreau_record.c): adds the forces of contacts to simulation->tau and ->external, and shows a record whose
  * data belong to the model in which all contacts are closed. */

@@ -12,8 +12,9 @@
 #include <math.h>
 
 /* Rates up to this part of their change in a step count as residuals of the cone solver: ten times the residual at
- * which it ends. */
-static const double settled = 1e-6;
+ * which it ends. The residual is relative to impulses, which may be a hundred times as large (moreau_solve.c). Bodies
+ * are therefore at rest up to a larger part. */
+static const double settled = 1e-6, at_rest = 1e-4;
 
 double kt_moreau_right(const struct kt_contacts *c, int k, int component) {
     assert(k >= 0 && k < c->n && component >= 0 && component < 3);
@@ -309,7 +310,7 @@ static double depth_of(const struct kt_contacts *c) {
 }
 
 /* The largest change of a rate of both bodies of a contact without impulses, m/s or rad/s, if they are at rest at the
- * beginning; 0 if they move. */
+ * beginning; 0 if they move. All contacts of two bodies rest, or none. */
 static double change_at_rest(const kt_simulation *simulation, int k, const double *v) {
     const struct kt_contacts *c = simulation->contacts;
     const double *free = simulation->moreau->y + simulation->size.nq;
@@ -321,28 +322,29 @@ static double change_at_rest(const kt_simulation *simulation, int k, const doubl
             change = fmax(change, fabs(free[j] - v[j]));
         }
     }
-    return rate <= settled * change ? change : 0.0;
+    return rate <= at_rest * change ? change : 0.0;
 }
 
-/* Sets gaps of closed contacts to zero that the cone solver's residual explains, if their bodies are at rest. All
- * contacts of two bodies rest, or none. */
-static void settle_gaps(const kt_simulation *simulation, double h, const double *v) {
+double kt_moreau_settled_gap(const kt_simulation *simulation, int k, double h) {
+    const double *v = kt_integrator_state(simulation->integrator) + simulation->size.nq;
+    return simulation->contact_state[k].closed != 0 ? h * settled * change_at_rest(simulation, k, v) : -1.0;
+}
+
+void kt_moreau_settle_gaps(kt_simulation *simulation, double h) {
     struct kt_contacts *c = simulation->contacts;
     for (int k = 0; k < c->sides; k++)
-        if (simulation->contact_state[k].closed != 0 &&
-            fabs(c->gap[k]) <= h * settled * change_at_rest(simulation, k, v))
+        if (fabs(c->gap[k]) <= kt_moreau_settled_gap(simulation, k, h))
             c->gap[k] = 0.0;
 }
 
-kt_status kt_moreau_begin(kt_simulation *simulation, double t, double h, const double *v, kt_error *error) {
-    assert(isfinite(t) && h > 0.0);
+kt_status kt_moreau_begin(kt_simulation *simulation, double t, const double *v, kt_error *error) {
+    assert(isfinite(t));
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
     kt_status status = kt_contacts_find_equations(c, simulation->model, t, m->y, v, true, error);
     if (status != KT_OK)
         return status;
     m->counts.penetration = depth_of(c);
-    settle_gaps(simulation, h, v);
     m->has_inverse = false;
     m->t = t;
     clear_items(simulation);

@@ -76,7 +76,7 @@ static kt_cone_result solve_cones(kt_simulation *simulation, int count, bool nor
                                      .blocks = has_room ? NULL : &blocks,
                                      .b = m->b,
                                      .mu = normal ? m->none : m->coefficient,
-                                     .limit = normal ? NULL : m->limits,
+                                     .limit = m->limits,
                                      .symmetric = true,
                                      .enough = enough,
                                      .gain = gain};
@@ -198,11 +198,13 @@ kt_status kt_moreau_solve(kt_simulation *simulation, kt_error *error) {
 
 /* ---- penetration ------------------------------------------------------------------------------------------------- */
 
-/* Bounds that remove a depth leave at most this part of kt_moreau_tolerance. */
+/* Bounds that remove a depth leave at most this part of kt_moreau_tolerance, and displacements at most this part of the
+ * largest gap of a contact at rest. */
 static const double removed = 1e-3;
 
 /* Chooses the contacts of an island, and sets the gaps that their bounds leave. Before the impulses are known
- * (`begins`), a displacement may close gaps. Returns the number of contacts; 0 if no contact remains deep. */
+ * (`begins`), a displacement may close gaps, and closes those of bodies at rest: their normal impulses are unbounded.
+ * Returns the number of contacts; 0 if no contact remains deep or at rest with a gap. */
 static int choose_deep(const kt_simulation *simulation, const kt_moreau_island *island, double h, bool begins) {
     const struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
@@ -211,9 +213,12 @@ static int choose_deep(const kt_simulation *simulation, const kt_moreau_island *
     for (int i = island->first; i >= 0; i = m->next[i]) {
         if (i < m->dry)
             continue;
+        const double settles = begins ? kt_moreau_settled_gap(simulation, m->item[i], h) : -1.0;
+        const bool closes = fabs(c->gap[m->item[i]]) <= settles;
         const double rate = begins ? fmax(bound_of(m, i), 0.0) : bound_of(m, i);
-        const double gap = c->gap[m->item[i]] + h * rate;
-        any = any || gap < -removed * kt_moreau_tolerance(c);
+        const double gap = c->gap[m->item[i]] + (closes ? 0.0 : h * rate);
+        any = any || (closes ? fabs(gap) > removed * settles : gap < -removed * kt_moreau_tolerance(c));
+        m->limits[count] = closes ? (double)INFINITY : -1.0;
         m->b[3 * count] = gap;
         m->b[3 * count + 1] = m->b[3 * count + 2] = 0.0;
         m->chosen[count++] = i;
