@@ -297,7 +297,7 @@ kt_cone_result kt_cone_cascade(kt_cone *cone, const kt_cone_problem *problem, do
     for (int round = 0; round < KT_CONE_ROUNDS && !(result.residual <= cone->enough); round++)
         take_round(cone, &of, (kt_cone_round)round, &result);
     cone->enough = polished;
-    if (cone->n <= SMALL && result.residual > polished)
+    if (cone->n <= SMALL && result.residual > polished && problem->enough > polished)
         take_round(cone, &of, KT_CONE_INTERIOR, &result);
     result.newton = cone->newton;
     result.converged = result.residual <= converged;
