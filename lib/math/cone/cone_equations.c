@@ -2,8 +2,8 @@
  *
  * Contacts share a body with a few others. So most blocks of W are zero, and most blocks of A. Elimination without
  * exchanges of contacts keeps it so: block (i, j) becomes nonzero only if an earlier contact couples i and j. A heap of
- * 20 spheres with 50 contacts has 280 blocks, and elimination adds 150. Pivots are chosen within a block of 3 x 3. A pivot
- * that vanishes is replaced by a small number (static pivoting), since the next step corrects a step that is not exact.
+ * 20 spheres with 50 contacts has 280 blocks, and elimination adds 150. Pivots are chosen within a block of 3 x 3. A
+ * small number replaces a pivot that vanishes (static pivoting), since the next step corrects a step that is not exact.
  *
  * X. S. Li, J. W. Demmel, SuperLU_DIST: A scalable distributed-memory sparse direct solver for unsymmetric linear
  * systems, 2003.
@@ -132,7 +132,7 @@ static double largest_entry(int n, const double *x) {
     return fmax(fmax(a, b), fmax(c, d));
 }
 
-/* Eliminates the unknowns of contact k from later contacts. Its row of blocks is multiplied by the inverse of its pivot. */
+/* Eliminates the unknowns of contact k from later contacts. The inverse of its pivot multiplies its row of blocks. */
 static void eliminate_contact(kt_cone *cone, int k, double largest, double *x) {
     const int *later = cone->later + cone->later_first[k], count = cone->later_first[k + 1] - cone->later_first[k];
     double inverse[9];

@@ -154,7 +154,7 @@ static double largest_merit(double *merits, int k, double merit) {
     return most;
 }
 
-/* Computes the trial point from x along dx, at which the merit is below `above` if HALVINGS suffice. Returns its merit. */
+/* Computes the trial point from x along dx. Its merit is below `above` if HALVINGS suffice. Returns the merit. */
 static double search_line(kt_cone *cone, const kt_cone_linear *of, const double *x, double above) {
     double part = 1.0, merit = 0.0;
     for (int h = 0; h < HALVINGS; h++) {

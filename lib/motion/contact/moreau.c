@@ -40,9 +40,9 @@
  * Friction that sticks in a heap is redundant, too, but the gaps of its contacts are independent. Then bounds that
  * part, r > 0, may have no solution: a sphere between two walls cannot leave both. Others, r < 0, have solutions in
  * which contacts slip or open by rounding. So a closed contact does not return the speed of its approach, unless its
- * gap is curved. If both bodies are at rest and the residual of the cone solver explains the gap of a closed contact, of
- * either sign, a displacement closes the gap: the equation g(qm) + J M^-1 J' m = 0 replaces the complementarity. Then
- * all contacts stick with r = 0, and the impulses of the last step solve the next step.
+ * gap is curved. If both bodies are at rest and the residual of the cone solver explains the gap of a closed contact,
+ * of either sign, a displacement closes the gap: the equation g(qm) + J M^-1 J' m = 0 replaces the complementarity.
+ * Then all contacts stick with r = 0, and the impulses of the last step solve the next step.
  *
  * The impulses of a step dissipate -p . (u- + u+) / 2. If restitution makes this negative, the restitution is halved,
  * as for events (contact/impact.c); steps that still gain energy are counted. A displacement lifts weights: its energy

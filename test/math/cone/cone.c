@@ -3,7 +3,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cone/cone.h"
 #include "base/arena.h"
-#include "cone/cone_parts.h"
 #include "enumeration.h"
 
 #include <math.h>
@@ -169,45 +168,6 @@ KT_TEST(cone_solver_solves_random_impacts) {
             rounds[1], rounds[2], rounds[3], rounds[4]);
     kt_check_below("unsolved", unsolved, 0.005 * count);
     kt_check_below("unsolved, of up to five contacts", few_unsolved, 0.0);
-    free(p);
-    free(memory);
-}
-
-/* A x for A = W + 0.1 1 of a solved problem, whose blocks are written into the solver. */
-static void multiply_blocks(kt_cone *cone, const double *x, double *y) {
-    const int n = cone->n, m = 3 * n;
-    kt_cone_clear_equations(cone);
-    for (int r = 0; r < m; r++) {
-        y[r] = 0.0;
-        for (int k = 3 * cone->first[r / 3]; k < 3 * cone->first[r / 3 + 1]; k++) {
-            const int j = cone->block[k / 3], c = 3 * j + k % 3;
-            const double a = cone->W[r * m + c] + (r == c ? 0.1 : 0.0);
-            kt_cone_block(cone, r / 3, j)[3 * (r % 3) + k % 3] = a;
-            y[r] += a * x[c];
-        }
-    }
-}
-
-KT_TEST(elimination_in_blocks_solves_equations_of_heaps) {
-    kt_random random = kt_random_of_test();
-    void *memory = NULL;
-    kt_cone *cone = make_cone(CONTACTS, CONTACTS, &memory);
-    KT_WORST error = kt_worst_make("solution, error");
-    problem *p = malloc(sizeof *p);
-    int zeros = 0;
-    for (int k = 0; k < 100 && p != NULL; k++) {
-        double x[ROWS], y[ROWS], start[ROWS] = {0.0};
-        draw_problem(&random, HEAP, kt_random_int(&random, 1, CONTACTS), p);
-        (void)kt_cone_solve(cone, &(kt_cone_problem){.n = p->n, .W = p->W, .b = p->b, .mu = p->mu}, start);
-        for (int r = 0; r < 3 * p->n; r++)
-            x[r] = kt_random_normal(&random);
-        multiply_blocks(cone, x, y);
-        kt_cone_eliminate(cone, y);
-        for (int r = 0; r < 3 * p->n; r++)
-            kt_worst_below(&error, fabs(y[r] - x[r]), 1e-12, "problem %d: row %d", k, r);
-        zeros += p->n * p->n - cone->blocks;
-    }
-    kt_check_above("blocks that stay zero", zeros, 1000.0);
     free(p);
     free(memory);
 }
