@@ -329,8 +329,8 @@ void kt_contact_count_reversal(kt_simulation *simulation, int k);
 /* The margin below its present gap at which an open contact that touches closes: the rounding of the gap in row k, if
  * the contact parts no faster than its rest velocity. Without this margin, rounding would close the contact again and
  * again, such as the fourth corner of a foot that three corners hold. The margin also applies behind eight instants at
- * the same time, if the gap has just closed although the contact parts. Then steps as short as an instant show the
- * rounding of the gap. The margin is 0 if the contact bounces. */
+ * the same time, if no contact of the island approaches: two corners that part would close in turn without end, each
+ * by the rounding of its gap. The margin is 0 if the contact bounces. */
 double kt_contact_margin(const kt_simulation *simulation, int k);
 /* The speed below which a touching contact comes to rest instead of bouncing: its rest_velocity, or the speed of a
  * bounce that rounding hides. Requires the equations, and in c->a the accelerations without contacts. */

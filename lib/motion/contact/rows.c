@@ -199,8 +199,7 @@ double kt_contact_margin(const kt_simulation *simulation, int k) {
     const struct kt_contacts *c = simulation->contacts;
     const double slowest =
         fmax(kt_contact_loop(simulation, k)->rest_velocity, kt_contact_resting(simulation, c->list[k]));
-    const bool has_closed_by_rounding =
-        simulation->memory.event_row >= instants && c->item[c->list[k]].meets && !(c->selected->approach > 0.0);
+    const bool has_closed_by_rounding = simulation->memory.event_row >= instants && !(c->selected->approach > 0.0);
     return has_closed_by_rounding || fabs(c->u[k]) <= slowest ? rounding_of_gap(simulation, k) : 0.0;
 }
 
