@@ -3,7 +3,8 @@
  *
  * A problem may have several solutions. If all items can stick, they stick. Otherwise the cone solver starts from the
  * impulses with which all items would stick. If this start leads to no solution, the solver starts from zero impulses.
- * A count records whether a start from zero leads to another motion.
+ * If this start leads to none either, friction grows from zero if the caller permits this growth. A count records
+ * whether a start from zero impulses leads to another motion.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cone/coulomb.h"
@@ -29,7 +30,7 @@ kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, size_t most
     kt_coulomb_solver *solver = memory;
     const size_t size = kt_coulomb_solution_size(items, rows);
     char *behind = (char *)memory + lay_out_solver(memory, items, kt_cone_size((int)items, (int)most));
-    solver->is_loose = false;
+    solver->is_loose = solver->grows = false;
     solver->cone = kt_cone_init((int)items, (int)most, solver->cone_memory, matrices);
     solver->other = kt_coulomb_solution_init(items, rows, behind);
     solver->next = kt_coulomb_solution_init(items, rows, behind + size);
@@ -206,8 +207,16 @@ static bool differs(const kt_coulomb *c, const kt_coulomb_solution *a, const kt_
     return false;
 }
 
-/* Opens contact i, from the impulses in `to` without its own. Returns whether the other contacts then hold contact i
- * open. */
+/* Whether the other contacts hold all contacts open that open_one has opened. */
+static bool holds_opened(const kt_coulomb *c, const kt_coulomb_solver *solver, const kt_coulomb_solution *to) {
+    bool holds = true;
+    for (int i = 0; i < c->n; i++)
+        holds = holds && (c->item[i].rejected == solver->rejected[i] || to->u[c->item[i].row] >= -1e-9 * c->size);
+    return holds;
+}
+
+/* Opens contact i, from the impulses in `to` without its own. Returns whether the other contacts then hold contact i,
+ * and all contacts opened before, open. */
 static bool open_one(kt_coulomb *c, kt_coulomb_solver *solver, int i, kt_coulomb_solution *to, uint64_t *steps) {
     kt_coulomb_item *item = &c->item[i];
     const unsigned rejected = item->rejected;
@@ -215,7 +224,7 @@ static bool open_one(kt_coulomb *c, kt_coulomb_solver *solver, int i, kt_coulomb
     kt_coulomb_copy(c, to, solver->next);
     solver->next->p[item->row] = 0.0;
     gather(c, solver->next->p, solver->x);
-    if (solve_from(c, solver, solver->next, steps) && solver->next->u[item->row] >= -1e-9 * c->size) {
+    if (solve_from(c, solver, solver->next, steps) && holds_opened(c, solver, solver->next)) {
         kt_coulomb_copy(c, solver->next, to);
         return true;
     }
@@ -435,6 +444,25 @@ static void compare_solutions(const kt_coulomb *c, kt_coulomb_solution *to, cons
     to->redundant = !kt_coulomb_is_unique(c, next);
 }
 
+/* Without friction, the problem is convex. From this solution, friction grows to its value in parts. Each part starts
+ * from the impulses of the last one, or from its modes. */
+static bool solve_by_growing_friction(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to,
+                                      uint64_t *steps) {
+    enum { PARTS = 8 };
+    bool found = true;
+    memset(solver->x, 0, 3 * (size_t)c->n * sizeof *solver->x);
+    for (int i = 0; i < c->n; i++)
+        solver->friction[i] = c->item[i].friction;
+    for (int k = 1; found && k <= PARTS; k++) {
+        for (int i = 0; i < c->n; i++)
+            c->item[i].friction = solver->friction[i] * k / PARTS;
+        found = solve_from(c, solver, to, steps) || (k > 1 && kt_coulomb_fits(c, to) && kt_coulomb_iterate(c, to));
+    }
+    for (int i = 0; i < c->n; i++)
+        c->item[i].friction = solver->friction[i];
+    return found;
+}
+
 /* Many corners of a body may have no solution up to rounding that the cone solver finds. */
 static bool solve_loosely(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
     memset(solver->x, 0, 3 * (size_t)c->n * sizeof *solver->x);
@@ -456,7 +484,8 @@ static bool solve_moving(kt_coulomb *c, kt_coulomb_solver *solver, bool independ
     const bool again = solve_from(c, solver, other, steps);
     if (!found && again)
         kt_coulomb_copy(c, other, solution);
-    if (!found && !again && !solve_loosely(c, solver, solution, steps))
+    if (!found && !again && !(solver->grows && solve_by_growing_friction(c, solver, solution, steps)) &&
+        !solve_loosely(c, solver, solution, steps))
         return false;
     solution->count = found && again && differs(c, solution, other) ? 2 : 1;
     if (solution->count > 1)
@@ -474,59 +503,6 @@ static bool solve_moving(kt_coulomb *c, kt_coulomb_solver *solver, bool independ
     return found;
 }
 
-/* ---- the order of items ------------------------------------------------------------------------------------------ */
-
-/* Feet that slip share their load in many ways, and move differently with other shares. The solution found depends on
- * the order of the items. Therefore items whose normal rows depend on each other are sorted. */
-
-/* W_ij / sqrt(W_ii W_jj) */
-static double coupling_of(const kt_coulomb *c, int i, int j) {
-    const double size = sqrt(kt_coulomb_entry(c, i, i) * kt_coulomb_entry(c, j, j));
-    return size > 0.0 ? kt_coulomb_entry(c, i, j) / size : 0.0;
-}
-
-/* A number that depends neither on units nor on the order of the items. The couplings of the normal row with tangential
- * rows differ at each place of a plane. */
-static double rank_of_item(const kt_coulomb *c, int i) {
-    static const double along[] = {0.31, 0.17}, among = 0.11, by_friction = 0.07;
-    const kt_coulomb_item *item = &c->item[i];
-    double rank = item->type == KT_COULOMB_DRY ? 1.0 : by_friction * item->friction;
-    for (int k = 0; k < c->n; k++)
-        rank += among * coupling_of(c, item->row, c->item[k].row) / c->n;
-    for (int k = 0; k < 2 && (item->type == KT_COULOMB_CONE || item->type == KT_COULOMB_SLIPS); k++)
-        rank += along[k] * coupling_of(c, item->row, item->across + k);
-    return rank;
-}
-
-/* Sorts the items by their ranks. solver->from: their indices before. */
-static void sort_items(kt_coulomb *c, kt_coulomb_solver *solver) {
-    for (int i = 0; i < c->n; i++) {
-        const double rank = rank_of_item(c, i);
-        int k = i;
-        for (; k > 0 && solver->rank[k - 1] > rank; k--) {
-            solver->rank[k] = solver->rank[k - 1];
-            solver->from[k] = solver->from[k - 1];
-        }
-        solver->rank[k] = rank;
-        solver->from[k] = i;
-    }
-    memcpy(solver->item, c->item, (size_t)c->n * sizeof *c->item);
-    for (int i = 0; i < c->n; i++)
-        c->item[i] = solver->item[solver->from[i]];
-}
-
-/* Restores the order of the items, also in the solution. */
-static void restore_items(kt_coulomb *c, const kt_coulomb_solver *solver, kt_coulomb_solution *to) {
-    kt_coulomb_solution *sorted = solver->next;
-    kt_coulomb_copy(c, to, sorted);
-    for (int i = 0; i < c->n; i++) {
-        c->item[solver->from[i]] = solver->item[solver->from[i]];
-        to->mode[solver->from[i]] = sorted->mode[i];
-        memcpy(to->e[solver->from[i]], sorted->e[i], sizeof to->e[i]);
-    }
-    to->differs = to->count > 1 ? solver->from[sorted->differs] : to->differs;
-}
-
 bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent, kt_coulomb_solution *solution,
                       uint64_t *steps) {
     assert(c->n >= 0 && c->rows >= c->n && (c->n == 0 || c->W != NULL || c->entry != NULL));
@@ -539,10 +515,10 @@ bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent
     stick_all(c, solution);
     const bool sorts = !kt_coulomb_is_unique(c, solution);
     if (sorts)
-        sort_items(c, solver);
+        kt_coulomb_sort(c, solver);
     const bool found = solve_moving(c, solver, independent, solution, steps);
     if (sorts)
-        restore_items(c, solver, solution);
+        kt_coulomb_restore(c, solver, solution);
     return found;
 }
 

@@ -223,6 +223,7 @@ static inline double *kt_coulomb_matrix_row(double *matrix, int k, int columns) 
     X(double, least, items, "likewise")                                                                                \
     X(double, limit, items, "likewise")                                                                                \
     X(unsigned, rejected, items, "modes of the items that are rejected, of the problem itself")                        \
+    X(double, friction, items, "of the items, while it grows")                                                         \
     X(kt_coulomb_item, item, items, "the items before they are sorted")                                                \
     X(double, rank, items, "by which items are sorted")                                                                \
     X(int, from, items, "indices of sorted items before")                                                              \
@@ -230,6 +231,7 @@ static inline double *kt_coulomb_matrix_row(double *matrix, int k, int columns) 
 
 typedef struct kt_coulomb_solver {
     bool has_limit, symmetric;
+    bool grows;    /* friction may grow from zero, if no start succeeds: the solution may wedge a contact */
     bool is_loose; /* larger residuals are taken, since there is no solution with smaller ones */
     struct kt_cone *cone;
     kt_coulomb_solution *other, *next, *best;
@@ -239,6 +241,11 @@ typedef struct kt_coulomb_solver {
 /* Bytes of a solver of problems of up to so many items and rows, and the solver in memory of that size. */
 size_t kt_coulomb_solver_size(size_t items, size_t rows, size_t most);
 kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, size_t most, void *memory, void *matrices);
+
+/* Sorts the items by numbers that depend neither on units nor on the order of the items, and restores the order, also
+ * in the solution (coulomb_order.c). */
+void kt_coulomb_sort(kt_coulomb *c, kt_coulomb_solver *solver);
+void kt_coulomb_restore(kt_coulomb *c, const kt_coulomb_solver *solver, kt_coulomb_solution *to);
 
 /* Solves the problem, and returns false if no solution is found (coulomb.c). The flag `independent` requires
  * independent normal rows of active contacts. The solution has the least impulses; its count is 2 if another motion

@@ -2,13 +2,14 @@
  *
  *   signs         a closed contact pushes, N >= 0
  *   cones         |T| <= mu N of a contact that sticks, and |tau| <= S of a dry joint that sticks
+ *   open          g >= 0, and g'' >= 0 if g = 0 and g' <= 0
  *   Newton's law  M a + h = tau + J' lambda, in each coordinate of each body
  *
- * Slip has no residual of its own: its friction is computed as mu N against the slip. An open contact that accelerates
- * into its boundary closes as an event. The force of a single foot may be zero. Therefore forces are compared with the
- * largest force of their island, in the weights of its contacts (cone/rest.h). Records between two steps have the
- * errors of the steps. Each residual of Newton's law is compared with the sum of the magnitudes of its terms, so that
- * no bound has a unit. A contact that is held (directions.c) disobeys its limit on purpose, and the run counts it.
+ * Slip has no residual of its own: its friction is computed as mu N against the slip. The force of a single foot may
+ * be zero. Therefore forces are compared with the largest force of their island, in the weights of its contacts
+ * (cone/rest.h). Records between two steps have the errors of the steps. Each residual of Newton's law is compared
+ * with the sum of the magnitudes of its terms, so that no bound has a unit. A contact that is held (directions.c)
+ * disobeys its limit on purpose, and the run counts it.
  *
  * Newton's law is tested with inverse dynamics, which use neither the mass matrix, nor W, nor the factors of the
  * equations. The wrenches of loops and contacts are those of the record. Cost: O(n). */
@@ -24,6 +25,7 @@
 #include "kinetree/mechanism.h"
 #include "model/switching.h"
 
+#include <float.h>
 #include <math.h>
 
 /* A recorded reaction is wrong beyond errors of steps if its error exceeds this part of the largest one along its
@@ -91,6 +93,43 @@ static kt_status check_reserves(const kt_simulation *simulation, double t, kt_er
             k < c->sides ? "pulls" : "exceeds its friction", k < c->sides ? "opens and closes" : "slips and sticks");
     }
     return KT_OK;
+}
+
+/* ---- open contacts ----------------------------------------------------------------------------------------------- */
+
+/* Whether the contact touches and does not part, up to rounding. */
+static bool is_touching(const kt_simulation *simulation, int k) {
+    static const double roundings = 64.0 * DBL_EPSILON;
+    const struct kt_contacts *c = simulation->contacts;
+    const double *v = simulation->y + simulation->size.nq, T = simulation->memory.own_time, unit = c->item[k].unit;
+    return c->gap[k] <= roundings * unit &&
+           kt_contacts_rate(c, k, 0, v) <= (T > 0.0 ? kt_contact_rounding * unit / T : 0.0);
+}
+
+/* Signorini's law of open contacts: the gap is not negative, and if it is zero and does not grow, its acceleration is
+ * not negative. */
+static kt_status check_open(const kt_simulation *simulation, double t, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const double *q = simulation->y, *v = q + simulation->size.nq, T = simulation->memory.own_time;
+    kt_status status = kt_contacts_find_equations(c, simulation->model, t, q, v, true, error);
+    for (int k = 0; status == KT_OK && k < c->sides; k++) {
+        double size;
+        if (kt_contact_is_closed(simulation->model, &c->item[k]) || kt_contact_is_released(&c->item[k]))
+            continue;
+        const double a = kt_contacts_residual(c, k, 0, simulation->a, c->drift, &size);
+        size = fmax(size, T > 0.0 ? c->item[k].unit / (T * T) : 0.0);
+        const bool penetrates = !(c->gap[k] >= -kt_contact_deep * c->item[k].unit);
+        if (penetrates || (is_touching(simulation, k) && !(a >= -wrong * size)))
+            status = kt_error_set(
+                error, KT_ERROR_STEP, kt_where_at("contact", kt_loop_name(simulation->model, c->item[k].loop), t).text,
+                penetrates
+                    ? "it is open at a gap of %.3g (m or rad): a step missed the instant at which it closes; bound "
+                      "the steps (max_step)"
+                    : "it touches without a reaction, and accelerates by %.3g (m/s^2 or rad/s^2) into its "
+                      "boundary: no reaction was found; take an elastic contact (stiffness)",
+                penetrates ? c->gap[k] : a);
+    }
+    return status;
 }
 
 /* ---- Newton's law ------------------------------------------------------------------------------------------------ */
@@ -191,7 +230,9 @@ static kt_status check_newton(const kt_simulation *simulation, double t, kt_erro
 }
 
 kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt_error *error) {
-    const kt_status status = check_reserves(simulation, t, error);
+    kt_status status = check_reserves(simulation, t, error);
+    if (status == KT_OK)
+        status = check_open(simulation, t, error);
     return status == KT_OK && !has_other_forces(simulation) ? check_newton(simulation, t, error) : status;
 }
 

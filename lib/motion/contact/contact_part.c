@@ -408,15 +408,29 @@ static kt_status strike_contacts(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
+/* The contact that comes to rest at event k. Slip of a joint may come to rest between the impacts of a contact. Then
+ * the chain is that of the contact. */
+static int bouncing_contact(const kt_simulation *simulation, int k) {
+    const struct kt_contacts *c = simulation->contacts;
+    const kt_model *model = simulation->model;
+    const bool slips = k >= c->sides && !kt_contact_rubs(c, k) && !kt_contact_is_closed(model, &c->item[k]);
+    for (int i = 0; slips && i < c->sides; i++)
+        if (c->item[i].island == c->item[k].island && !kt_contact_is_closed(model, &c->item[i]) &&
+            model->loop[c->item[i].loop].rest_velocity > 0.0)
+            return i;
+    return k;
+}
+
 /* Lets a contact rest whose impacts accumulate within the window, s, or slip whose reversals do. Returns false if the
  * contact has no rest velocity, so that it never rests. */
-static bool come_to_rest(kt_simulation *simulation, size_t k, double window) {
+static bool come_to_rest(kt_simulation *simulation, size_t event, double window) {
     struct kt_contacts *c = simulation->contacts;
-    const kt_contact *item = &c->item[(int)k < c->sides || c->item[k].of < 0 ? k : (size_t)c->item[k].of];
+    const int k = bouncing_contact(simulation, (int)event);
+    const kt_contact *item = &c->item[k < c->sides || c->item[k].of < 0 ? k : c->item[k].of];
     const bool is_open = !kt_contact_is_closed(simulation->model, &c->item[k]);
     const bool may = simulation->model->loop[item->loop].rest_velocity > 0.0;
-    c->window = may && ((int)k < c->sides || !is_open) ? window : 0.0;
-    c->stops = may && (kt_contact_rubs(c, (int)k) || !is_open);
+    c->window = may && (k < c->sides || !is_open) ? window : 0.0;
+    c->stops = may && (kt_contact_rubs(c, k) || !is_open);
     simulation->memory.contacts.rested += c->window > 0.0 || c->stops;
     return c->window > 0.0 || c->stops;
 }

@@ -17,6 +17,8 @@
 
 /* Relative rounding, as in contact.h. */
 static const double rounding = 1e-11;
+/* The times that friction reaches its limit within an instant before it is held. */
+enum { LIMITS = 3 };
 /* Slip of up to `about` times the speed of a wedged contact is about as fast. */
 static const double about = 10.0;
 /* The approach of a contact that is wedged, relative to its slip. */
@@ -291,7 +293,9 @@ static void begin_slip(kt_simulation *simulation, int i) {
                        (kt_contacts_own(c, c->W, across) + kt_contacts_own(c, c->W, across + 1));
 }
 
-/* Sets the contacts of the set that follows, and the directions of slip. */
+/* Sets the contacts of the set that follows, and the directions of slip. Friction may be at its limit up to rounding,
+ * and wedge its contact if it slips. If friction has reached its limit LIMITS times at this instant, and sticks
+ * nevertheless, friction sticks for a short time. */
 static void apply(kt_simulation *simulation) {
     struct kt_contacts *c = simulation->contacts;
     const kt_coulomb *p = c->problem;
@@ -309,9 +313,11 @@ static void apply(kt_simulation *simulation) {
         if (mode == KT_COULOMB_OPEN || !(c->solution->p[p->item[i].row] > 0.0))
             continue;
         contact->next = KT_CONTACT_ON;
-        if (type == KT_COULOMB_CONE && mode == KT_COULOMB_STICK && !(c->ahead[i] > 0.0))
+        if (type == KT_COULOMB_CONE && mode == KT_COULOMB_STICK && !(c->ahead[i] > 0.0)) {
             c->item[contact->of].next = KT_CONTACT_ON;
-        else if (type != KT_COULOMB_FRICTIONLESS)
+            if (simulation->contact_state[contact->of].left >= LIMITS)
+                kt_contact_hold_turning(simulation, contact->of);
+        } else if (type != KT_COULOMB_FRICTIONLESS)
             begin_slip(simulation, i);
     }
 }

@@ -495,26 +495,25 @@ static void pose_feet(const problem *p, const bool *slips, const double (*e)[2],
 KT_TEST(feet_that_slip_move_alike_in_any_order) {
     kt_random random = kt_random_of_test();
     room r = room_make();
-    KT_WORST apart = kt_worst_make("accelerations");
+    KT_WORST apart = kt_worst_make("accelerations"), inward = kt_worst_make("accelerations into the floor");
     problem *p = malloc(sizeof *p);
-    int solved = 0;
     for (int k = 0; k < 400 && p != NULL; k++) {
-        const int n = k % 2 ? 4 : kt_random_int(&random, 4, 5);
+        const int n = k % 2 ? 4 : kt_random_int(&random, 4, ITEMS);
         bool slips[ITEMS];
         double e[ITEMS][2], u[3 * ITEMS];
-        int order[ITEMS];
+        int order[ITEMS] = {0, 1, 2, 3, 4};
         uint64_t steps = 0;
         draw_box_on_feet(&random, n, k % 2, p);
         for (int i = 0; i < n; i++) {
             slips[i] = k % 3 > 0 || kt_random_int(&random, 0, 1) == 0;
             kt_random_direction(&random, 2, e[i]);
-            order[i] = i;
         }
         pose_feet(p, slips, e, order, &random, r.c);
-        if (!kt_coulomb_solve(r.c, r.solver, true, r.mine, &steps))
+        if (!kt_check_true("solved", kt_coulomb_solve(r.c, r.solver, true, r.mine, &steps)))
             continue;
-        solved++;
         memcpy(u, r.mine->u, sizeof u);
+        for (int i = 0; i < n; i++)
+            kt_worst_below(&inward, fmax(-u[3 * i], 0.0) / r.c->size, 1e-8, "box %d", k);
         for (int other = 0; other < 4; other++) {
             for (int i = n - 1; i > 0; i--) {
                 const int j = kt_random_int(&random, 0, i), at = order[i];
@@ -528,7 +527,6 @@ KT_TEST(feet_that_slip_move_alike_in_any_order) {
                 kt_worst_below(&apart, fabs(r.mine->u[i] - u[3 * order[i / 3] + i % 3]) / r.c->size, 1e-8, "box %d", k);
         }
     }
-    kt_check_above("boxes", solved, 200.0);
     free(p);
     room_free(&r);
 }

@@ -169,3 +169,127 @@ KT_TEST(dry_friction_stops_a_joint_at_late_times_as_at_zero) {
     kt_check_near("place at late times, rad", end[1], end[0], 1e-8);
     kt_check_near("place, rad", end[0], -0.05915, 1e-5);
 }
+
+/* Scenes that an oracle's random draws have found. The first scene has a solution that the cone solver only finds while
+ * friction grows from zero. In the second scene, each impact makes a joint slip, which sticks before the next impact.
+ * In the third scene, a contact that was opened for another one accelerated into its boundary. In the last scene,
+ * friction reached its limit and stuck again at one instant without end. */
+static const char *const found[][2] = {
+    {"a box on three feet, two of which begin to slip, and a box on one foot, with a bar",
+     "kinetree: 1\n"
+     "gravity: [0.7560555353226921, -1.8214405972924974, -9.81]\n"
+     "bodies:\n"
+     "  - {name: b0, joint: {type: free, position: {position: [3.0, 0, 0.19648972680339555]}, "
+     "velocity: {linear: [0, 0, 0], angular: [0, 0, 0]}}, mass: 0.2175574641130792, inertia: "
+     "[0.0012143821368646654, 0.0014572585642375982, 0.0018215732052969977], markers: {c0: [0.2116, "
+     "0.1051, -0.19648972680339555], c1: [-0.2021, 0.1224, -0.19648972680339555], c2: [-0.1125, "
+     "-0.2078, -0.19648972680339555]}}\n"
+     "  - {name: b1, joint: {type: free, position: {position: [6.0, 0, 0.10958132280335982]}, "
+     "velocity: {linear: [0, 0, 0], angular: [0, 0, 0]}}, mass: 3.5721144054152623, inertia: "
+     "[0.018594740326475217, 0.02231368839177026, 0.027892110489712827], markers: {c3: [0.2193, "
+     "0.063, -0.10958132280335982]}}\n"
+     "effects:\n"
+     "  - {name: c0, type: contact, point: b0.c0, radius: 0, plane: {body: world, at: [0, 0, 0]}, "
+     "restitution: 0, friction: 0.30400576241051136}\n"
+     "  - {name: c1, type: contact, point: b0.c1, radius: 0, plane: {body: world, at: [0, 0, 0]}, "
+     "restitution: 0, friction: 0.9335974538267856}\n"
+     "  - {name: c2, type: contact, point: b0.c2, radius: 0, plane: {body: world, at: [0, 0, 0]}, "
+     "restitution: 0, friction: 0.41831923363988377}\n"
+     "  - {name: c3, type: contact, point: b1.c3, radius: 0, plane: {body: world, at: [0, 0, 0]}, "
+     "restitution: 0, friction: 0.6702193887973302}\n"
+     "loops:\n"
+     "  - {name: bar, type: distance, between: [b1, b0]}\n"},
+    {"an arm whose friction sticks between impacts",
+     "kinetree: 1\n"
+     "gravity: [-4.7600978770153155, -3.826163877122312, -9.81]\n"
+     "bodies:\n"
+     "  - {name: b0, joint: {type: revolute, axis: y, at: [0.0, 2.0, 0.07584992320759293], position: "
+     "-0.03013540238040574, velocity: -0.13490690137935626}, mass: 1.0683389896298827, com: [0.2, 0, "
+     "0], inertia: [0.009615050906668945, 0.011538061088002732, 0.014422576360003415]}\n"
+     "  - {name: b1, parent: b0, joint: {type: prismatic, axis: z, at: [0.4, 0, 0], position: 0, "
+     "velocity: -0.03650229650617942}, mass: 0.7975659975721845, com: [0.2, 0, 0], inertia: "
+     "[0.007178093978149661, 0.008613712773779592, 0.010767140967224491], markers: {c0: [0.4, 0, "
+     "-0.1]}}\n"
+     "effects:\n"
+     "  - {name: c0, type: contact, point: b1.c0, radius: 0, plane: {body: world, at: [0, 0, 0]}, "
+     "restitution: 0.4, friction: 0.2930737391075881}\n"
+     "  - {name: d0, type: joint_friction, joint: b0, coulomb: 8.188178975721245, stick: true}\n"},
+    {"a box on four feet carries a box on four feet",
+     "kinetree: 1\n"
+     "gravity: [1.3297132300201782, 0.44425803699373906, -9.81]\n"
+     "bodies:\n"
+     "  - {name: b0, joint: {type: free, position: {position: [3.0, 0, 0.07900791788863805]}, "
+     "velocity: {linear: [-0.14172154987772867, -0.3099597610655114, 0], angular: [0, 0, "
+     "0.07536141824866638]}}, mass: 0.13429686804636903, inertia: [0.0012171969879694008, "
+     "0.0014606363855632807, 0.0018257954819541008], markers: {c0: [0.265, 0.1428, "
+     "-0.07900791788863805], c1: [-0.0326, 0.2993, -0.07900791788863805], c2: [-0.257, -0.1568, "
+     "-0.07900791788863805], c3: [0.007, -0.301, -0.07900791788863805]}}\n"
+     "  - {name: b1, joint: {type: free, position: {position: [3.0, 0, 0.3761313103121183]}, "
+     "velocity: {linear: [-0.14172154987772867, -0.3099597610655114, 0], angular: [0, 0, "
+     "0.07536141824866638]}}, mass: 4.294744234825044, inertia: [0.004927282814847723, "
+     "0.005912739377817267, 0.007390924222271584], markers: {c4: [0.1013, 0.0348, "
+     "-0.21811547453484226], c5: [-0.0323, 0.1021, -0.21811547453484226], c6: [-0.1006, -0.0367, "
+     "-0.21811547453484226], c7: [0.0236, -0.1045, -0.21811547453484226]}}\n"
+     "effects:\n"
+     "  - {name: c0, type: contact, point: b0.c0, radius: 0, plane: {body: world, at: [0, 0, 0]}, "
+     "restitution: 0, friction: 0}\n"
+     "  - {name: c1, type: contact, point: b0.c1, radius: 0, plane: {body: world, at: [0, 0, 0]}, "
+     "restitution: 0, friction: 0}\n"
+     "  - {name: c2, type: contact, point: b0.c2, radius: 0, plane: {body: world, at: [0, 0, 0]}, "
+     "restitution: 0, friction: 0.9192807469943566}\n"
+     "  - {name: c3, type: contact, point: b0.c3, radius: 0, plane: {body: world, at: [0, 0, 0]}, "
+     "restitution: 0, friction: 0.7253751403316367}\n"
+     "  - {name: c4, type: contact, point: b1.c4, radius: 0, plane: {body: b0, at: [0, 0, "
+     "0.07900791788863805]}, restitution: 0, friction: 0.26441947255899445}\n"
+     "  - {name: c5, type: contact, point: b1.c5, radius: 0, plane: {body: b0, at: [0, 0, "
+     "0.07900791788863805]}, restitution: 0, friction: 0.3541097326520326}\n"
+     "  - {name: c6, type: contact, point: b1.c6, radius: 0, plane: {body: b0, at: [0, 0, "
+     "0.07900791788863805]}, restitution: 0, friction: 0}\n"
+     "  - {name: c7, type: contact, point: b1.c7, radius: 0, plane: {body: b0, at: [0, 0, "
+     "0.07900791788863805]}, restitution: 0, friction: 0}\n"},
+    {"friction at its limit wedges a box on four feet",
+     "kinetree: 1\n"
+     "gravity: [0.6921319009546477, 1.3334468009260505, -9.81]\n"
+     "bodies:\n"
+     "  - {name: b0, joint: {type: free, position: {position: [3.0, 0, 0.29911029689927116]}, "
+     "velocity: {linear: [0, 0, 0], angular: [0, 0, 0]}}, mass: 0.17752572260302713, inertia: "
+     "[0.0005624026227060538, 0.0006748831472472644, 0.0008436039340590805], markers: {c0: [0.1501, "
+     "0.0956, -0.29911029689927116], c1: [-0.0785, 0.1598, -0.29911029689927116], c2: [-0.1731, "
+     "-0.0416, -0.29911029689927116], c3: [0.0105, -0.1777, -0.29911029689927116]}}\n"
+     "  - {name: b1, joint: {type: free, position: {position: [3.0, 0, 0.8097288594455034]}, "
+     "velocity: {linear: [0, 0, 0], angular: [0, 0, 0]}}, mass: 2.4738762572917965, inertia: "
+     "[0.009321971329062038, 0.011186365594874445, 0.013982956993593058], markers: {c4: [0.151, "
+     "0.1219, -0.21150826564696107], c5: [-0.1859, -0.0559, -0.21150826564696107]}}\n"
+     "effects:\n"
+     "  - {name: c0, type: contact, point: b0.c0, radius: 0, plane: {body: world, at: [0, 0, 0]}, "
+     "restitution: 0, friction: 0.7603151948398381}\n"
+     "  - {name: c1, type: contact, point: b0.c1, radius: 0, plane: {body: world, at: [0, 0, 0]}, "
+     "restitution: 0, friction: 0}\n"
+     "  - {name: c2, type: contact, point: b0.c2, radius: 0, plane: {body: world, at: [0, 0, 0]}, "
+     "restitution: 0, friction: 0.25503412409040915}\n"
+     "  - {name: c3, type: contact, point: b0.c3, radius: 0, plane: {body: world, at: [0, 0, 0]}, "
+     "restitution: 0, friction: 0.11334901736217423}\n"
+     "  - {name: c4, type: contact, point: b1.c4, radius: 0, plane: {body: b0, at: [0, 0, "
+     "0.29911029689927116]}, restitution: 0, friction: 0}\n"
+     "  - {name: c5, type: contact, point: b1.c5, radius: 0, plane: {body: b0, at: [0, 0, "
+     "0.29911029689927116]}, restitution: 0, friction: 0.8814308081028237}\n"},
+};
+
+KT_TEST(random_scenes_run_to_their_end) {
+    for (size_t i = 0; i < sizeof found / sizeof *found; i++) {
+        kt_parsed m;
+        kt_error error = {0};
+        kt_record record = {0};
+        kt_parsed_make(&m, found[i][1]);
+        kt_simulation_options options = kt_simulation_options_default();
+        kt_run run = kt_run_default();
+        run.duration = 100.0;
+        options.record = KT_RECORD_ACCELERATION | KT_RECORD_MULTIPLIER | KT_RECORD_REACTION;
+        kt_simulation *simulation = kt_test_simulation(m.model, &run, &options);
+        for (int k = 0; k <= 8; k++) {
+            kt_note("%s, %g s", found[i][0], 0.025 * k);
+            if (kt_fine("motion", kt_simulation_advance(simulation, 0.025 * k, &error), &error))
+                (void)kt_fine("record", kt_simulation_sense(simulation, &record, &error), &error);
+        }
+    }
+}
