@@ -17,6 +17,7 @@ typedef struct coaxial_sphere {
     kt_vec3 centre, axis; /* in the world, towards the viewer of the plane */
     double place;         /* of the centre along the axis; a multiple of half a ball, so that rounding does not count */
     double moment;        /* of inertia about the axis, kg m^2 */
+    bool is_grouped;
 } coaxial_sphere;
 
 /* Returns whether a solid is the ball of a body that turns about an axis through the ball. */
@@ -46,7 +47,7 @@ static bool sphere_of_axis(const kt_picture_maker *m, int i, coaxial_sphere *sph
 
 /* Towards the viewer, then by falling moment, and then in the order of the bodies. */
 static int compare_spheres(const void *a, const void *b) {
-    const coaxial_sphere *one = a, *other = b;
+    const coaxial_sphere *one = *(coaxial_sphere *const *)a, *other = *(coaxial_sphere *const *)b;
     if (one->place != other->place)
         return one->place < other->place ? -1 : 1;
     return one->moment != other->moment ? (one->moment < other->moment ? 1 : -1) : one->solid - other->solid;
@@ -66,12 +67,12 @@ static void make_disc(kt_picture_maker *m, const coaxial_sphere *sphere, double 
 }
 
 /* Makes the balls of a group discs, at least `apart` from one another. Discs of one point have it in their middle. */
-static void lay_group(kt_picture_maker *m, coaxial_sphere *group, int n, double apart) {
+static void lay_group(kt_picture_maker *m, coaxial_sphere **group, int n, double apart) {
     qsort(group, (size_t)n, sizeof *group, compare_spheres);
-    double place = group[0].place - (group[0].place == group[n - 1].place ? 0.5 * apart * (n - 1) : 0.0);
+    double place = group[0]->place - (group[0]->place == group[n - 1]->place ? 0.5 * apart * (n - 1) : 0.0);
     for (int k = 0; k < n; k++) {
-        place = k > 0 ? fmax(place + apart, group[k].place) : place;
-        make_disc(m, &group[k], place, k, n);
+        place = k > 0 ? fmax(place + apart, group[k]->place) : place;
+        make_disc(m, group[k], place, k, n);
     }
 }
 
@@ -84,20 +85,20 @@ static bool is_coaxial(const kt_picture *p, const coaxial_sphere *a, const coaxi
 }
 
 void kt_picture_lay_discs(kt_picture_maker *m) {
-    coaxial_sphere spheres[COAXIAL_MOST + 1], group[COAXIAL_MOST];
+    coaxial_sphere spheres[COAXIAL_MOST + 1], *group[COAXIAL_MOST];
     int count = 0;
     for (int i = 0; i < m->picture->solid_count && count <= COAXIAL_MOST; i++)
         count += sphere_of_axis(m, i, &spheres[count]);
     for (int i = 0; i < count && count <= COAXIAL_MOST; i++) {
-        const coaxial_sphere first = spheres[i];
-        if (first.solid < 0)
+        const coaxial_sphere *first = &spheres[i];
+        if (first->is_grouped)
             continue;
-        const double radius = m->picture->solids[first.solid].half.x;
+        const double radius = m->picture->solids[first->solid].half.x;
         int n = 0;
         for (int k = i; k < count; k++)
-            if (spheres[k].solid >= 0 && is_coaxial(m->picture, &first, &spheres[k], radius)) {
-                group[n++] = spheres[k];
-                spheres[k].solid = -1;
+            if (!spheres[k].is_grouped && is_coaxial(m->picture, first, &spheres[k], radius)) {
+                group[n++] = &spheres[k];
+                spheres[k].is_grouped = true;
             }
         if (n > 1)
             lay_group(m, group, n, 0.7 * radius);
