@@ -66,9 +66,14 @@ typedef struct open_contacts {
     kt_data *data;
     double t;
     const double *q, *v;
-    double pace; /* pace_of v */
     bool moves;
 } open_contacts;
+
+/* Whether a gap is small in metres or in radians. This test comes first, because kt_loop_unit evaluates a row to find
+ * the measure of the gap. */
+static bool is_near_contact(const kt_model *all, size_t i, double gap) {
+    return all->loop[i].term_count > 0 || gap <= touching * fmax(1.0, all->length);
+}
 
 /* Whether an open contact touches and does not part; false for a NaN, which the evaluation rejects. Writes its gap. */
 static bool touches(open_contacts *c, size_t i, double *gap) {
@@ -81,14 +86,17 @@ static bool touches(open_contacts *c, size_t i, double *gap) {
         c->kernels->pose(c->all, c->data, c->q);
         c->data->placed = c->all->n.planar == 0;
     }
-    const double unit = kt_loop_unit(c->all, (int)i, 0);
     *gap = sign * c->kernels->first_row(c->all, c->data, i, c->t, c->q, NULL).residual;
+    if (!is_near_contact(c->all, i, *gap))
+        return false;
+    const double unit = kt_loop_unit(c->all, (int)i, 0);
     if (!(*gap <= touching * unit))
         return false;
     if (!c->moves)
         c->kernels->move(c->all, c->data, c->v);
     c->moves = true;
-    return sign * c->kernels->first_row(c->all, c->data, i, c->t, c->q, c->v).rate <= parting * unit * c->pace;
+    return sign * c->kernels->first_row(c->all, c->data, i, c->t, c->q, c->v).rate <=
+           parting * unit * pace_of(c->all, c->v);
 }
 
 static bool is_open_contact(const kt_loop_record *loop) {
@@ -106,7 +114,7 @@ static kt_status check_friction(const kt_model *model, const open_contacts *c, s
     const uint64_t stick = kt_switch_bits(model, kt_loop_switch(model, (int)i)),
                    back = kt_switch_bits(model, kt_effect_switch(model, effect)), on = model->set & (stick | back);
     const double rate = c->v[c->all->link[c->all->loop[i].link[0]].v];
-    const double least = parting * kt_loop_unit(c->all, (int)i, 0) * c->pace;
+    const double least = parting * kt_loop_unit(c->all, (int)i, 0) * pace_of(c->all, c->v);
     if ((on & stick) != 0)
         return KT_OK;
     if ((model->variants->switches.masked & stick) != 0 && model->loop[i].released)
@@ -136,10 +144,7 @@ kt_status kt_open_contacts_place(const kt_model *model, kt_data *data, double t,
     if (first == model->n.loop)
         return KT_OK;
     open_contacts c = {.all = kt_variants_closed(model), .data = data, .t = t, .q = q, .v = v};
-    if (c.all == NULL)
-        return KT_OK;
-    c.pace = pace_of(c.all, v);
-    return check_from(model, &c, first, error);
+    return c.all != NULL ? check_from(model, &c, first, error) : KT_OK;
 }
 
 kt_status kt_open_contacts_check(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
