@@ -15,7 +15,7 @@ static double coupling_of(const kt_coulomb *c, int i, int j) {
 }
 
 /* A number that depends neither on units nor on the order of the items. The couplings of the normal row with tangential
- * rows differ at each place of a plane. */
+ * rows differ at each place of a plane. The weights are arbitrary: they only have to tell different items apart. */
 static double rank_of_item(const kt_coulomb *c, int i) {
     static const double along[] = {0.31, 0.17}, among = 0.11, by_friction = 0.07;
     const kt_coulomb_item *item = &c->item[i];
