@@ -57,8 +57,8 @@ KT_INLINE void minimise(const columns *k, front *o) {
     memcpy(h, k->z, (size_t)kept * sizeof *h);
 }
 
-/* Backward pass through the steps of a group with fronts, as front_solve.c for one right-hand side: the factors are
- * known, only the constants change. */
+/* Backward pass through the steps of a group with fronts. The factors are known, and only the constants change.
+ * front_solve.c has the same pass for one right-hand side. */
 KT_INLINE void backward_pass_front(const columns *k, size_t g, int c) {
     front o;
     int params = 0;

@@ -33,8 +33,8 @@ static bool is_sphere_on_plane(const kt_effect_record *effect) {
     return effect->ends == 2 && !effect->relative.type;
 }
 
-/* How the gap of an effect is measured: by a joint's coordinate, by the height of a free link, by the pose of an end
- * on the ground, by both ends, or by the effect's own function. `farthest` bounds the distance of the point from its
+/* Chooses the cheapest measurement of an effect's gap: a joint's coordinate, the height of a free link, the pose of one
+ * end, both ends, or the effect's own function. `farthest` bounds the distance of the point from its
  * link's origin. */
 static kt_gap_source source_of(const kt_model *model, const kt_effect_record *effect) {
     const bool moves = effect->ends > 0;

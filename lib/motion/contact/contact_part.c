@@ -346,8 +346,8 @@ static bool stop_slow_slip(kt_simulation *simulation) {
  * obeys Coulomb's law: friction mu N raises the force N that it needs by more than N (Painleve's paradox). Without
  * such a contact, treats the slowest contact that slips below its rest velocity. The attempts are, in this order:
  *
- *     REST       slow slip comes to rest. Slip so slow may turn its direction within less than the shortest step, and
- *                the equations of an implicit step then have no solution
+ *     REST       slow slip comes to rest. Slow slip may turn within less than the shortest step, so that an implicit
+ *                step has no solution
  *     RELEASE    the contact is released, if it then parts
  *     then       impulses without a collision stop the slip, up to IMPULSES times
  *     HOLD       the slip is held for a short time, once for each contact. If the contact slips on nevertheless,

@@ -17,9 +17,9 @@ static void start_points_at(kt_power_points *p, double t, double net, double siz
     p->size = size;
 }
 
-/* Adds the point (t, net power), and the work of the step from the previous point: the integral of the cubic through
- * the last four points in Newton's form. d_k are divided differences. `error` grows by a multiple of the last term
- * or, if the step does not resolve the motion, by all of the power. */
+/* Adds the point (t, net power), and the work of the step from the previous point. The work is the integral of the
+ * cubic through the last four points, in Newton's form with divided differences d_k. `error` grows by a multiple of
+ * the last term. If the step does not resolve the motion, `error` grows by all of the power. */
 static void add_power_point(kt_power_points *p, double t, double net, double size, bool resolved) {
     const double h = t - p->t[0], h1 = t - p->t[1];
     const double d1 = (net - p->d[0]) / h, d2 = p->count > 1 ? (d1 - p->d[1]) / h1 : 0.0;
