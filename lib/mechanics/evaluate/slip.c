@@ -424,11 +424,21 @@ static kt_status accelerate(const kt_model *model, kt_data *data, const kt_dynam
 
 double kt_largest_speed(const kt_model *model, const double *v) {
     double most = 0.0;
-    for (size_t i = 1; i < model->n.link; i++)
-        for (int k = 0; k < kt_link_dofs(&model->link[i]); k++)
-            most = fmax(most,
-                        fabs(v[model->link[i].v + k]) * (k < kt_link_lengths(&model->link[i]) ? 1.0 : model->length));
+    for (size_t i = 1; i < model->n.link; i++) {
+        const double *rate = v + model->link[i].v;
+        const int dofs = kt_link_dofs(&model->link[i]), lengths = kt_link_lengths(&model->link[i]);
+        for (int k = 0; k < dofs; k++) {
+            const double speed = fabs(rate[k]) * (k < lengths ? 1.0 : model->length);
+            most = speed > most ? speed : most;
+        }
+    }
     return most;
+}
+
+/* Whether a slip velocity exceeds `least`; true for a NaN. No norm is below its largest part, so that most norms need
+ * not be computed. */
+static bool is_faster_than(const double s[2], double least) {
+    return fabs(s[0]) > least || fabs(s[1]) > least || !(kt_hypot(s[0], s[1]) <= least);
 }
 
 /* Rejects a state in which a contact begins to slip, unless the data belong to a simulation. A simulation has the
@@ -438,7 +448,7 @@ static kt_status reject_unknown_direction(const kt_model *model, const kt_data *
     const double speed = data->followed ? 0.0 : kt_largest_speed(model, at->v);
     for (size_t k = 0; !data->followed && k < model->n.slip; k++) {
         const double *s = data->slip_velocity + 2 * k, *d = data->slip + 2 * k;
-        if (d[0] != 0.0 || d[1] != 0.0 || !(kt_hypot(s[0], s[1]) <= kt_slip_rest * speed))
+        if (d[0] != 0.0 || d[1] != 0.0 || is_faster_than(s, kt_slip_rest * speed))
             continue;
         return kt_error_set(error, KT_ERROR_UNSUPPORTED,
                             kt_where_format("contact '%.60s', t = %.9g s", kt_slip_name(model, k), at->t).text,
