@@ -304,17 +304,17 @@ bool kt_draft_is_wrong(const kt_draft *d);
 /* ---- robot_inertia.c: inertias that no body has
  * ------------------------------------------------------------------------ */
 
-typedef struct kt_judge {
+typedef struct kt_inertia_findings {
     kt_draft *d;
     const kt_robot_options *options;
     kt_inertia_limit limit;                    /* the result, for the description */
     kt_left odd_inertias, odd_links, nothings; /* accepted: of rigid parts, of links alone; rounding of zero */
     double worst_excess;                       /* largest excess among `odd_inertias` */
-} kt_judge;
+} kt_inertia_findings;
 
 /* Checks the inertias of the rigid parts of a draft, according to the options. */
-void kt_judge_inertias(kt_judge *judge, kt_draft *d, const kt_robot_options *options);
-void kt_judge_notes(kt_notes *notes, const kt_judge *judge);
+void kt_inertias_check(kt_inertia_findings *findings, kt_draft *d, const kt_robot_options *options);
+void kt_inertia_notes(kt_notes *notes, const kt_inertia_findings *findings);
 
 /* ---- robot_mass.c: masses that the file does not give
  * ------------------------------------------------------------------ */

@@ -25,14 +25,14 @@ typedef struct part {
 } part;
 
 typedef struct parts {
-    kt_judge *j;
+    kt_inertia_findings *j;
     int *first;    /* of bodies: the first body of its part; -1: not found yet */
     kt_pose *pose; /* of bodies: in that body's frame */
     int *path;     /* bodies on the way to the first one */
     part *part;    /* of first bodies */
 } parts;
 
-static bool take_parts(parts *p, kt_judge *j) {
+static bool take_parts(parts *p, kt_inertia_findings *j) {
     kt_reader *r = j->d->r;
     const size_t count = (size_t)j->d->bodies.count + 1;
     *p = (parts){.j = j};
@@ -116,7 +116,7 @@ static void sum_parts(parts *p) {
     }
 }
 
-/* ---- the judgement ----------------------------------------------------------------------------------------------- */
+/* ---- the check --------------------------------------------------------------------------------------------------- */
 
 static double largest(kt_sym3 s) {
     return fmax(fmax(fmax(fabs(s.xx), fabs(s.yy)), fmax(fabs(s.zz), fabs(s.xy))), fmax(fabs(s.xz), fabs(s.yz)));
@@ -130,12 +130,12 @@ static double oddness(kt_sym3 inertia, kt_vec3 *moments) {
                                         : (double)INFINITY;
 }
 
-static bool accepts(const kt_judge *j, double odd) {
+static bool accepts(const kt_inertia_findings *j, double odd) {
     const kt_robot_inertia how = j->options->inertia;
     return odd <= 0.0 || how == KT_ROBOT_INERTIA_ACCEPT || (how == KT_ROBOT_INERTIA_WARN && odd <= excess_most);
 }
 
-static void reject_inertia(kt_judge *j, const kt_element *e, kt_vec3 m, double odd) {
+static void reject_inertia(kt_inertia_findings *j, const kt_element *e, kt_vec3 m, double odd) {
     (void)kt_robot_fault(j->d->r, e,
                          "the principal moments are %g, %g, %g, and with what is fixed to it, too, %s: no body has a "
                          "negative one, or one above the sum of the two others; check units, order and the axes of "
@@ -152,13 +152,13 @@ static bool is_rounding(const parts *p, int b) {
     return largest(body->inertia) <= 8.0 * DBL_EPSILON * scale;
 }
 
-static const kt_element *link_of(const kt_judge *j, int body) {
+static const kt_element *link_of(const kt_inertia_findings *j, int body) {
     return ((const kt_element *const *)j->d->links.items)[body];
 }
 
 /* Checks a body whose own inertia is invalid, using the inertia of its part. */
-static void judge(parts *p, int b, double own, kt_vec3 moments) {
-    kt_judge *j = p->j;
+static void check_body(parts *p, int b, double own, kt_vec3 moments) {
+    kt_inertia_findings *j = p->j;
     const kt_element *link = link_of(j, b), *inertial = kt_xml_child(link, "inertial");
     const kt_element *e =
         inertial != NULL && kt_xml_child(inertial, "inertia") ? kt_xml_child(inertial, "inertia") : link;
@@ -175,9 +175,9 @@ static void judge(parts *p, int b, double own, kt_vec3 moments) {
         j->limit = KT_INERTIA_ACCEPT;
 }
 
-void kt_judge_inertias(kt_judge *j, kt_draft *d, const kt_robot_options *options) {
+void kt_inertias_check(kt_inertia_findings *j, kt_draft *d, const kt_robot_options *options) {
     parts p;
-    *j = (kt_judge){.d = d, .options = options, .limit = KT_INERTIA_WARN};
+    *j = (kt_inertia_findings){.d = d, .options = options, .limit = KT_INERTIA_WARN};
     if (!kt_draft_find_parents(d) || !take_parts(&p, j))
         return;
     find_firsts(&p);
@@ -192,12 +192,12 @@ void kt_judge_inertias(kt_judge *j, kt_draft *d, const kt_robot_options *options
             kt_left_count(&j->nothings, link_of(j, b));
             *inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
         } else {
-            judge(&p, b, own, moments);
+            check_body(&p, b, own, moments);
         }
     }
 }
 
-void kt_judge_notes(kt_notes *n, const kt_judge *j) {
+void kt_inertia_notes(kt_notes *n, const kt_inertia_findings *j) {
     kt_phrase by = {.length = 0};
     kt_note_put(n, KT_NOTE_RANK_DETAIL, &j->nothings, "inertias that are nothing but rounding, taken for zero: %d",
                 j->nothings.count);

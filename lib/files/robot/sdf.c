@@ -116,7 +116,7 @@ static void make_sdf_notes(const kt_sdf *m, kt_scene *scene) {
                 "collisions that are meshes have no inertia in the scene, and without <mass> no mass: of %d link%s "
                 "(%s); --mass LINK=MASS gives one",
                 m->lost_masses.count, m->lost_masses.count > 1 ? "s" : "", m->massless_names.text);
-    kt_judge_notes(&n, &m->judge);
+    kt_inertia_notes(&n, &m->inertias);
     KT_NOTES_PUT(&n, m, later_notes);
     kt_appearance_notes(&n, &m->appearance);
     KT_NOTES_PUT(&n, m, last_notes);
@@ -205,7 +205,7 @@ void kt_sdf_scene(kt_reader *r, const kt_robot_source *source, kt_scene *scene) 
         return;
     kt_collisions_contacts(&m.collisions, &m.draft, source, m.gravity);
     scene->description.gravity = m.gravity;
-    scene->description.inertia_check = m.judge.limit;
+    scene->description.inertia_check = m.inertias.limit;
     if (kt_draft_finish(&m.draft, &m.appearance, kt_xml_attribute(chosen, "name"), scene))
         make_sdf_notes(&m, scene);
 }

@@ -74,7 +74,7 @@ typedef struct kt_sdf {
     kt_list frames, links, joints; /* kt_sdf_frame ... */
     kt_list gears;                 /* int: frames of gearboxes */
     int *order, order_count;       /* links from the world outwards */
-    kt_judge judge;
+    kt_inertia_findings inertias;
 
     const kt_known_list *known; /* lists of the format */
     kt_strange strange;         /* elements that the files have besides */

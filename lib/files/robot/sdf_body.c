@@ -177,7 +177,7 @@ void kt_sdf_make_bodies(kt_sdf *m) {
     if (kt_draft_is_wrong(&m->draft))
         return;
     name_sdf_joints(m);
-    kt_judge_inertias(&m->judge, &m->draft, m->source->options);
+    kt_inertias_check(&m->inertias, &m->draft, m->source->options);
     kt_masses_give(&m->draft, m->source->options);
 }
 

@@ -77,7 +77,7 @@ static void make_urdf_notes(const kt_urdf *u, int root, kt_scene *scene) {
         return;
     note_root(&n, u, root);
     KT_NOTES_PUT(&n, u, joint_notes);
-    kt_judge_notes(&n, &u->judge);
+    kt_inertia_notes(&n, &u->inertias);
     KT_NOTES_PUT(&n, u, mass_notes);
     kt_appearance_notes(&n, &u->appearance);
     KT_NOTES_PUT(&n, u, last_notes);
@@ -95,12 +95,12 @@ static void make_scene(kt_urdf *u, kt_scene *scene) {
     kt_urdf_bodies(u);
     if (kt_draft_is_wrong(&u->draft))
         return;
-    kt_judge_inertias(&u->judge, &u->draft, u->source->options);
+    kt_inertias_check(&u->inertias, &u->draft, u->source->options);
     kt_urdf_given_masses(u);
     kt_urdf_extend(u);
     kt_collisions_contacts(&u->collisions, &u->draft, u->source, u->gravity);
     scene->description.gravity = u->gravity;
-    scene->description.inertia_check = u->judge.limit;
+    scene->description.inertia_check = u->inertias.limit;
     if (kt_draft_finish(&u->draft, &u->appearance, kt_xml_attribute(u->robot, "name"), scene))
         make_urdf_notes(u, root, scene);
 }

@@ -61,7 +61,7 @@ typedef struct kt_urdf {
     kt_left disordered;                      /* limits that are left out */
     kt_left followers, beyond, fixed_mimics; /* mimic joints that start elsewhere than at zero, that start beyond their
                                                 limits, and that are left out */
-    kt_judge judge;
+    kt_inertia_findings inertias;
     kt_left geared, ungeared, massless; /* transmissions with and without armature; a robot without masses */
     kt_left by_density, by_geoms;       /* links with a mass by density, or by inertiafromgeom */
     kt_left hollow, doubled;            /* meshes without a mass; second <inertial> */

@@ -120,7 +120,7 @@ static void accept_missing_masses(kt_urdf *u) {
     }
     if (!moves)
         return;
-    u->judge.limit = KT_INERTIA_ACCEPT;
+    u->inertias.limit = KT_INERTIA_ACCEPT;
     kt_left_count(&u->massless, u->robot);
 }
 

@@ -10,7 +10,7 @@
 #include "cone/coulomb.h"
 
 #include "cone/cone.h"
-#include "cone/rest.h"
+#include "cone/statics.h"
 #include "kinetree/algebra.h"
 
 #include <assert.h>
@@ -250,27 +250,27 @@ static int rows_at_rest(const kt_coulomb *c, const kt_coulomb_solution *to, int 
     return to->mode[i] != KT_COULOMB_STICK ? 0 : c->item[i].type == KT_COULOMB_CONE ? 3 : 1;
 }
 
-/* Lists the items of the problem of rest (rest.h), and their rows in c->nonzero. to: the known forces of slipping dry
- * friction, and the rates that these forces cause. */
-static void list_resting(const kt_coulomb *c, const kt_coulomb_solution *to, kt_rest *rest) {
+/* Lists the items of the problem of statics (statics.h), and their rows in c->nonzero. to: the known forces of slipping
+ * dry friction, and the rates that these forces cause. */
+static void list_resting(const kt_coulomb *c, const kt_coulomb_solution *to, kt_statics *statics) {
     for (int i = 0; i < c->n; i++) {
         const kt_coulomb_item *item = &c->item[i];
         const int rows = rows_at_rest(c, to, i);
         const bool is_dry = item->type == KT_COULOMB_DRY;
         for (int r = 0; r < rows; r++)
-            c->nonzero[rest->rows + r] = r == 0 ? item->row : item->across + r - 1;
+            c->nonzero[statics->rows + r] = r == 0 ? item->row : item->across + r - 1;
         if (rows > 0)
-            (void)kt_rest_add(rest,
-                              rows == 3 ? KT_REST_CONE
-                              : is_dry  ? KT_REST_DRY
-                                        : KT_REST_NORMAL,
-                              item->friction, is_dry ? 0.0 : item->least, kt_coulomb_weight(c, i));
+            (void)kt_statics_add(statics,
+                                 rows == 3 ? KT_STATICS_CONE
+                                 : is_dry  ? KT_STATICS_DRY
+                                           : KT_STATICS_NORMAL,
+                                 item->friction, is_dry ? 0.0 : item->least, kt_coulomb_weight(c, i));
     }
-    rest->columns = rest->rows;
-    for (int i = 0; i < rest->rows; i++) {
-        rest->p[i] = -c->b[c->nonzero[i]] - to->u[c->nonzero[i]];
-        for (int j = 0; j < rest->rows; j++)
-            rest->matrix[i * rest->rows + j] = kt_coulomb_entry(c, c->nonzero[i], c->nonzero[j]);
+    statics->columns = statics->rows;
+    for (int i = 0; i < statics->rows; i++) {
+        statics->p[i] = -c->b[c->nonzero[i]] - to->u[c->nonzero[i]];
+        for (int j = 0; j < statics->rows; j++)
+            statics->matrix[i * statics->rows + j] = kt_coulomb_entry(c, c->nonzero[i], c->nonzero[j]);
     }
 }
 
@@ -310,17 +310,17 @@ static bool stick_within_cones(const kt_coulomb *c, kt_coulomb_solution *to) {
     const int rows = kt_coulomb_fits(c, to) ? begin_rest(c, to) : -1;
     if (rows < 0)
         return false;
-    kt_rest *rest = kt_rest_init((size_t)rows, (size_t)rows, c->matrices);
-    list_resting(c, to, rest);
-    if (!kt_rest_begin_symmetric(rest))
+    kt_statics *statics = kt_statics_init((size_t)rows, (size_t)rows, c->matrices);
+    list_resting(c, to, statics);
+    if (!kt_statics_begin_symmetric(statics))
         return false;
-    kt_rest_find_margin(rest);
-    kt_rest_find_least(rest);
-    to->shares = rest->nullity > 0;
+    kt_statics_find_margin(statics);
+    kt_statics_find_least(statics);
+    to->shares = statics->nullity > 0;
     for (int i = 0; i < rows; i++)
-        to->p[c->nonzero[i]] = kt_rest_force(rest, i);
-    const double weak = kt_rest_exact * rest->unit;
-    bool holds = rest->margin >= -kt_rest_exact;
+        to->p[c->nonzero[i]] = kt_statics_force(statics, i);
+    const double weak = kt_statics_exact * statics->unit;
+    bool holds = statics->margin >= -kt_statics_exact;
     kt_coulomb_find_rates(c, to->p, to->u);
     for (int i = 0; i < c->rows; i++)
         to->u[i] += c->b[i];

@@ -15,8 +15,8 @@
  *
  * Such a contact never opens. While p = l, the contact can also stick or slip, so that the contact has 6 modes.
  *
- * If forces exist with which all items rest, the items rest with the least such forces (rest.h). Otherwise, if normal
- * rows of closed contacts depend on each other, contacts are opened until the remaining rows are independent.
+ * If forces exist with which all items rest, the items rest with the least such forces (statics.h). Otherwise, if
+ * normal rows of closed contacts depend on each other, contacts are opened until the remaining rows are independent.
  * Tangential forces that are not unique are the least ones.
  *
  * Matrices have room for `most` items. If a problem has more, the cone solver takes a working set of these
@@ -141,7 +141,7 @@ typedef struct kt_coulomb {
     double (*entry)(const void *user, int line, int column);
     const void *user;
     kt_coulomb_system *system, *turns; /* scratch: of a combination, and of its directions */
-    void *matrices;                    /* scratch, like all matrices: also of a problem of rest (rest.h) */
+    void *matrices;                    /* scratch, like all matrices: also of a problem of statics (statics.h) */
     KT_ARENA_DECLARE(KT_COULOMB_FIELDS)
 } kt_coulomb;
 
@@ -173,7 +173,7 @@ void kt_coulomb_copy(const kt_coulomb *c, const kt_coulomb_solution *from, kt_co
 
 /* ---- one combination of modes (coulomb_system.c) ----------------------------------------------------------------- */
 
-/* The weight of an item's forces in least sums: the mean of the diagonal of its block of W (rest.h). */
+/* The weight of an item's forces in least sums: the mean of the diagonal of its block of W (statics.h). */
 double kt_coulomb_weight(const kt_coulomb *c, int i);
 /* Whether the item slips in an unknown direction. */
 bool kt_coulomb_slips(const kt_coulomb *c, const kt_coulomb_solution *to, int i);

@@ -4,7 +4,7 @@
 #include "cone/coulomb.h"
 
 #include "cone/cone.h"
-#include "cone/rest.h"
+#include "cone/statics.h"
 #include "kinetree/algebra.h"
 #include "linear/cholesky.h"
 
@@ -35,8 +35,8 @@ static size_t unknowns_of_items(size_t rows, size_t most) { return rows < 3 * mo
 
 size_t kt_coulomb_matrices_size(size_t rows, size_t most) {
     const size_t system = lay_out_matrices(NULL, NULL, unknowns_of_items(rows, most), most);
-    const size_t unknowns = unknowns_of_items(rows, most), rest = kt_rest_size(unknowns, unknowns);
-    const size_t cone = kt_cone_matrices_size((int)most), most_of_two = rest > cone ? rest : cone;
+    const size_t unknowns = unknowns_of_items(rows, most), statics = kt_statics_size(unknowns, unknowns);
+    const size_t cone = kt_cone_matrices_size((int)most), most_of_two = statics > cone ? statics : cone;
     return system > most_of_two ? system : most_of_two;
 }
 

@@ -120,11 +120,11 @@ bool kt_parameter_stands(const kt_model *model, const kt_parameter *parameter);
  * returns that end. The result is -1 if no end lies on the world, if the loop bounds a side, or if the loop counts an
  * angle from the start. The check reports places that the plane of the loop does not have. */
 enum { KT_PLACE_COUNT = 6 };
-int kt_loop_place_end(const kt_loop_record *r);
-void kt_loop_place_write(kt_pose pose, double *x);
-void kt_loop_place_get(const kt_model *m, int loop, double *x);
-KT_CHECKED kt_status kt_loop_place_check(const kt_model *m, int loop, const double *x, kt_error *error);
-void kt_loop_place_put(kt_model *m, int loop, const double *x);
+int kt_loop_movable_end(const kt_loop_record *r);
+void kt_loop_end_pose_write(kt_pose pose, double *x);
+void kt_loop_end_pose_get(const kt_model *m, int loop, double *x);
+KT_CHECKED kt_status kt_loop_end_pose_check(const kt_model *m, int loop, const double *x, kt_error *error);
+void kt_loop_end_pose_put(kt_model *m, int loop, const double *x);
 
 /* ---- the rules of the items -------------------------------------------------------------------------------------- */
 

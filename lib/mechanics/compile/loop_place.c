@@ -28,7 +28,7 @@
 /* Rotations and shifts out of a plane that count as rounding, rad, and relative to the mechanism's length. */
 static const double flat_enough = 1e-9;
 
-int kt_loop_place_end(const kt_loop_record *r) {
+int kt_loop_movable_end(const kt_loop_record *r) {
     if (r->side != KT_SIDE_NONE)
         return -1;
     const kt_loop_kind *kind = kt_loop_kinds_baseline[r->kind];
@@ -39,7 +39,7 @@ int kt_loop_place_end(const kt_loop_record *r) {
 
 /* The pose of the body that has the place, in its link; the identity for the world. */
 static kt_pose holder_in_link(const kt_model *m, const kt_loop_record *r) {
-    const int end = kt_loop_place_end(r);
+    const int end = kt_loop_movable_end(r);
     return r->link[end] == 0 ? (kt_pose){.rotation = kt_mat3_identity()} : m->body[r->body[end]].in_link;
 }
 
@@ -55,7 +55,7 @@ static const kt_plane *plane_of(const kt_model *m, const kt_loop_record *r) {
 
 /* The normal of the loop's plane, in the axes of the link that has the place. */
 static kt_vec3 normal_at_place(const kt_model *m, const kt_loop_record *r) {
-    const int32_t link = r->link[kt_loop_place_end(r)];
+    const int32_t link = r->link[kt_loop_movable_end(r)];
     if (link == 0)
         return plane_of(m, r)->basis.z;
     const kt_planar_rest *rest = &m->planar_rest[(size_t)link - m->n.spatial + 1];
@@ -67,17 +67,17 @@ static kt_pose place_pose_of(const double *x) {
                      .position = kt_vec3_make(x[0], x[1], x[2])};
 }
 
-void kt_loop_place_write(kt_pose pose, double *x) {
+void kt_loop_end_pose_write(kt_pose pose, double *x) {
     const kt_vec3 turn = kt_euler_vector_from_mat3(pose.rotation);
     const double numbers[] = {pose.position.x, pose.position.y, pose.position.z, turn.x, turn.y, turn.z};
     for (int i = 0; i < 6; i++)
         x[i] = numbers[i];
 }
 
-void kt_loop_place_get(const kt_model *m, int loop, double *x) {
+void kt_loop_end_pose_get(const kt_model *m, int loop, double *x) {
     const kt_loop_record *r = &m->loop[loop];
     const kt_pose holder = holder_in_link(m, r);
-    kt_loop_place_write(kt_pose_compose(kt_pose_invert(holder), r->frame[kt_loop_place_end(r)]), x);
+    kt_loop_end_pose_write(kt_pose_compose(kt_pose_invert(holder), r->frame[kt_loop_movable_end(r)]), x);
 }
 
 /* The rotation vector from the present frame to the new frame, in world axes. */
@@ -97,11 +97,12 @@ static bool is_of_points(const kt_loop_record *r) {
     return !turns && along % 3 == 0;
 }
 
-kt_status kt_loop_place_check(const kt_model *m, int loop, const double *x, kt_error *error) {
+kt_status kt_loop_end_pose_check(const kt_model *m, int loop, const double *x, kt_error *error) {
     const kt_loop_record *r = &m->loop[loop];
     if (!is_flat(m, r))
         return KT_OK;
-    const kt_pose to = kt_pose_compose(holder_in_link(m, r), place_pose_of(x)), *from = &r->frame[kt_loop_place_end(r)];
+    const kt_pose to = kt_pose_compose(holder_in_link(m, r), place_pose_of(x)),
+                  *from = &r->frame[kt_loop_movable_end(r)];
     const kt_vec3 normal = normal_at_place(m, r), turn = turn_to(from, &to);
     const double tilt = is_of_points(r) ? 0.0 : kt_vec3_norm(kt_vec3_cross(normal, turn));
     const double shift = fabs(kt_vec3_dot(normal, kt_vec3_sub(to.position, from->position)));
@@ -145,9 +146,9 @@ static void place_in_plane(kt_model *m, kt_loop_record *r, int end, const kt_pos
     kt_planar_ends(m, r, flat);
 }
 
-void kt_loop_place_put(kt_model *m, int loop, const double *x) {
+void kt_loop_end_pose_put(kt_model *m, int loop, const double *x) {
     kt_loop_record *r = &m->loop[loop];
-    const int end = kt_loop_place_end(r);
+    const int end = kt_loop_movable_end(r);
     const kt_pose from = r->frame[end], to = kt_pose_compose(holder_in_link(m, r), place_pose_of(x));
     r->frame[end] = to;
     if (is_flat(m, r))
@@ -166,7 +167,7 @@ kt_status kt_loop_place_here(const kt_model *model, const kt_data *data, int loo
     if (!KT_IS_INDEX(loop, model->n.loop))
         return kt_error_set(error, KT_ERROR_ARGUMENT, "loop", "%d: there is no such loop", loop);
     const kt_loop_record *r = &model->loop[loop];
-    const int end = kt_loop_place_end(r);
+    const int end = kt_loop_movable_end(r);
     (void)snprintf(where, sizeof where, "loop '%.100s'", model->text + r->name);
     if (end < 0)
         return kt_error_set(
@@ -178,6 +179,6 @@ kt_status kt_loop_place_here(const kt_model *model, const kt_data *data, int loo
     if (!isfinite(here.position.x) || !isfinite(here.rotation.x.x))
         return kt_error_set(error, KT_ERROR_ARGUMENT, where,
                             "the data have no kinematics; call kt_kinematics_update first");
-    kt_loop_place_write(here, values);
+    kt_loop_end_pose_write(here, values);
     return KT_OK;
 }

@@ -36,7 +36,7 @@ typedef struct place_samples {
 /* Whether coinciding ends close the loop, and a program may set the loop's place before the loop is switched on. */
 static bool closes_anywhere(const kt_loop_record *r) {
     const kt_loop_kind *kind = kt_loop_kinds_baseline[r->kind];
-    bool closes = r->comes && !kt_loop_is_off(r) && kt_loop_place_end(r) >= 0;
+    bool closes = r->comes && !kt_loop_is_off(r) && kt_loop_movable_end(r) >= 0;
     for (int k = 0; closes && k < kind->rows; k++)
         closes = kind->part[k] >= KT_PART_X && kind->part[k] <= KT_PART_TILT_Y;
     return closes;
@@ -67,11 +67,11 @@ static void move_loop_ends(kt_model *model, kt_pose *pose, const bool *placed, c
         double x[6];
         if (!closes_anywhere(r) || !placed[r->group])
             continue;
-        const int end = kt_loop_place_end(r), other = 1 - end;
+        const int end = kt_loop_movable_end(r), other = 1 - end;
         const kt_pose here = kt_pose_compose(pose[r->link[other]], r->frame[other]);
         const kt_pose holder = kt_pose_compose(pose[r->link[end]], model->body[r->body[end]].in_link);
-        kt_loop_place_write(r->link[end] == 0 ? here : kt_pose_compose(kt_pose_invert(holder), here), x);
-        kt_loop_place_put(model, (int)i, x);
+        kt_loop_end_pose_write(r->link[end] == 0 ? here : kt_pose_compose(kt_pose_invert(holder), here), x);
+        kt_loop_end_pose_put(model, (int)i, x);
     }
 }
 

@@ -162,7 +162,7 @@ static kt_status find_of_type(const kt_model *m, const parts *p, kt_parameter *p
     const int item = find_item(m, what, p->item, p->loop ? loop_name : effect_name_at, count, error);
     if (item < 0)
         return KT_ERROR_ARGUMENT;
-    if (p->loop && strcmp(p->key, place) == 0 && kt_loop_place_end(&m->loop[item]) >= 0) {
+    if (p->loop && strcmp(p->key, place) == 0 && kt_loop_movable_end(&m->loop[item]) >= 0) {
         *parameter = (kt_parameter){.kind = KT_PARAMETER_LOOP_PLACE, .item = item, .count = KT_PLACE_COUNT};
         return KT_OK;
     }
@@ -184,7 +184,7 @@ static kt_status find_of_type(const kt_model *m, const parts *p, kt_parameter *p
     }
     if (!p->loop && m->effect[item].hard)
         return reject_fixed(&m->effect[item], p, error);
-    (void)kt_nearest_try(&search, p->loop && kt_loop_place_end(&m->loop[item]) >= 0 ? place : NULL);
+    (void)kt_nearest_try(&search, p->loop && kt_loop_movable_end(&m->loop[item]) >= 0 ? place : NULL);
     return reject_key(what, p, &search, error);
 }
 
@@ -238,7 +238,7 @@ static bool belongs(const kt_model *m, const kt_parameter *parameter) {
         return KT_IS_INDEX(item, m->n.loop) &&
                has_parameter_key(kt_loop_descriptor((kt_loop_type)m->loop[item].type), true, parameter);
     case KT_PARAMETER_LOOP_PLACE:
-        return KT_IS_INDEX(item, m->n.loop) && kt_loop_place_end(&m->loop[item]) >= 0 &&
+        return KT_IS_INDEX(item, m->n.loop) && kt_loop_movable_end(&m->loop[item]) >= 0 &&
                parameter->count == KT_PLACE_COUNT;
     }
     return false;
@@ -306,7 +306,7 @@ static void get_parameter(const kt_model *model, const kt_parameter *parameter, 
         get_curve(model, &model->loop[parameter->item].curve, values);
         break;
     case KT_PARAMETER_LOOP_PLACE:
-        kt_loop_place_get(model, parameter->item, values);
+        kt_loop_end_pose_get(model, parameter->item, values);
         break;
     }
 }
@@ -483,7 +483,7 @@ static kt_status check_parameter(const kt_model *model, const kt_parameter *para
         return check_changed_effect(model, parameter, values, error);
     status = check_numbers(model, parameter, values, error);
     return status == KT_OK && parameter->kind == KT_PARAMETER_LOOP_PLACE
-               ? kt_loop_place_check(model_with(model, parameter), parameter->item, values, error)
+               ? kt_loop_end_pose_check(model_with(model, parameter), parameter->item, values, error)
                : status;
 }
 
@@ -526,7 +526,7 @@ void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const doubl
         copy->driven = true;
         break;
     case KT_PARAMETER_LOOP_PLACE:
-        kt_loop_place_put(copy, parameter->item, values);
+        kt_loop_end_pose_put(copy, parameter->item, values);
         break;
     }
 }

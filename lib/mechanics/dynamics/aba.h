@@ -286,7 +286,7 @@ KT_INLINE kt_condition kt_articulated_project_free(const kt_link *link, const kt
                                                    kt_articulated *x, kt_articulated *kept) {
     const kt_real3 none = kt_zero3();
     kt_real3 base[3], mass[3], k[3], about[3], inverse[3], of_mass[2], of_about[2];
-    kt_rest_axes(link, parent->axes, base);
+    kt_axes_at_zero(link, parent->axes, base);
     const kt_real3 force = kt_apply3(base, kt_load3(tau + link->v));
     const kt_real3 moment = kt_apply3(m->axes, kt_load3(tau + link->v + 3));
     kt_condition has_inertia = kt_condition_true();
@@ -380,7 +380,7 @@ KT_INLINE void kt_respond_spherical(kt_link_motion *m, const kt_articulated *kep
 KT_INLINE void kt_respond_free(const kt_link *link, const kt_link_motion *parent, kt_link_motion *m,
                                const kt_articulated *kept, kt_real1 *a) {
     kt_real3 base[3];
-    kt_rest_axes(link, parent->axes, base);
+    kt_axes_at_zero(link, parent->axes, base);
     for (int k = 0; k < 3; k++)
         a[k] = kt_dot3(base[k], kt_sub3(kept->force, m->linear));
     m->linear = kept->force;

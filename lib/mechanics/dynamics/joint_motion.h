@@ -13,7 +13,7 @@ KT_INLINE bool kt_link_is_revolute(const kt_link *link) { return link->motion ==
 KT_INLINE kt_real3 kt_load3(const kt_real1 *x) { return kt_make3(x[0], x[1], x[2]); }
 
 /* The link's axes at joint position zero, in the world. */
-KT_INLINE void kt_rest_axes(const kt_link *link, const kt_real3 parent[3], kt_real3 out[3]) {
+KT_INLINE void kt_axes_at_zero(const kt_link *link, const kt_real3 parent[3], kt_real3 out[3]) {
     if (link->rest_is_rotated) {
         const kt_mat3 *rest = &kt_link_rest_of(link)->axes;
         out[0] = kt_apply_to3(parent, rest->x);
@@ -100,7 +100,7 @@ KT_INLINE void kt_link_pose(const kt_link *link, const kt_link_motion *parent, c
         return;
     }
     kt_real3 base[3];
-    kt_rest_axes(link, parent->axes, base);
+    kt_axes_at_zero(link, parent->axes, base);
     switch ((kt_motion)link->motion) {
 #define KT_MOTION_POSE(id, name, ...)                                                                                  \
     case KT_MOTION_##id:                                                                                               \
@@ -176,7 +176,7 @@ KT_INLINE void kt_spherical_dofs(const kt_link *link, const kt_real3 parent[3], 
 KT_INLINE void kt_free_dofs(const kt_link *link, const kt_real3 parent[3], const kt_real3 axes[3], kt_dof_visit *visit,
                             void *context) {
     kt_real3 base[3];
-    kt_rest_axes(link, parent, base);
+    kt_axes_at_zero(link, parent, base);
     kt_dofs_visit3(KT_DOF_TRANSLATION, 0, base, visit, context);
     kt_dofs_visit3(KT_DOF_ROTATION, 3, axes, visit, context);
 }

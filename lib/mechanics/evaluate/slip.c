@@ -472,7 +472,7 @@ kt_status kt_slip_forward(const kt_model *model, kt_data *data, const kt_dynamic
 void kt_slip_add(kt_model *model) {
     model->n.slip++;
     model->n.slip_work = kt_slip_size(&model->n);
-    model->place_slip = kt_slip_place;
+    model->place_slip = kt_slip_init;
     *(model->n.loaded > 0    ? &model->unloaded
       : model->n.varying > 0 ? &model->steady
                              : &model->forward) = kt_slip_forward;

@@ -116,12 +116,12 @@ static inline bool kt_slip_is_fast(const kt_data *data, size_t k) {
     return fabs(s[0]) >= most || fabs(s[1]) >= most;
 }
 
-/* kt_slip_size returns the size of a problem. kt_slip_place lays it out in new data, and finds its contacts and
+/* kt_slip_size returns the size of a problem. kt_slip_init lays it out in new data, and finds its contacts and
  * islands. kt_slip_begin begins an evaluation. If the model's contacts have changed, kt_slip_begin finds contacts and
  * islands again. kt_slip_begin_slow prepares the solution of slow slip. kt_slip_select selects an island
  * (slip_islands.c). */
 size_t kt_slip_size(const kt_counts *n);
-void kt_slip_place(const kt_model *model, kt_data *data);
+void kt_slip_init(const kt_model *model, kt_data *data);
 void kt_slip_begin(const kt_model *model, kt_data *data);
 void kt_slip_begin_slow(const kt_model *model, kt_slip_problem *p);
 void kt_slip_select(const kt_model *model, kt_slip_problem *p, kt_slip_island *island);

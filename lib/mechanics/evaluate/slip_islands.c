@@ -63,7 +63,7 @@ static void find_contacts(const kt_model *model, kt_slip_problem *p) {
     p->slips = model->slips;
 }
 
-void kt_slip_place(const kt_model *model, kt_data *data) {
+void kt_slip_init(const kt_model *model, kt_data *data) {
     kt_slip_problem *p = kt_slip_problem_of(data);
     const size_t most = kt_slip_most(&model->n), used = lay_out_slip(p, model->n.slip, most, &model->n);
     (void)lay_out_slow(p, data->slip_work + used, model->n.slip, most);

@@ -242,7 +242,7 @@ KT_INLINE void apply_axes(const kt_v4 axes[3], const kt_v4 *x, kt_v4 *y) {
 KT_INLINE void apply_free(const kt_link *link, const kt_data *data, int32_t i, const kt_v4 *joint, kt_v4 *b) {
     if (link->rest_is_rotated) {
         kt_v4 base[3];
-        kt_rest_axes(link, data->motion[0].axes, base);
+        kt_axes_at_zero(link, data->motion[0].axes, base);
         apply_axes(base, joint, b);
     } else {
         memcpy(b, joint, 3 * sizeof *b);

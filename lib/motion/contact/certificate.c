@@ -7,7 +7,7 @@
  *
  * Slip has no residual of its own: its friction is computed as mu N against the slip. The force of a single foot may
  * be zero. Therefore forces are compared with the largest force of their island, in the weights of its contacts
- * (cone/rest.h). Records between two steps have the errors of the steps. Each residual of Newton's law is compared
+ * (cone/statics.h). Records between two steps have the errors of the steps. Each residual of Newton's law is compared
  * with the sum of the magnitudes of its terms, so that no bound has a unit. A contact that is held (directions.c)
  * disobeys its limit on purpose, and the run counts it.
  *
@@ -16,7 +16,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "base/where.h"
-#include "cone/rest.h"
+#include "cone/statics.h"
 #include "contact/contact.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/load_friction.h"
@@ -36,7 +36,7 @@ static const double balanced = 1e-9;
 
 /* ---- signs and cones --------------------------------------------------------------------------------------------- */
 
-/* The largest force of an island in the weights of its contacts (cone/rest.h). Rounding of each force is relative to
+/* The largest force of an island in the weights of its contacts (cone/statics.h). Rounding of each force is relative to
  * this load, since the force of a single foot may be zero. */
 static double load_of_island(const kt_simulation *simulation, const double *multiplier, int island) {
     const struct kt_contacts *c = simulation->contacts;

@@ -4,7 +4,7 @@
 
 #include "base/copy.h"
 #include "base/where.h"
-#include "cone/rest.h"
+#include "cone/statics.h"
 #include "control/mass_inverse.h"
 #include "model/switching.h"
 
@@ -40,7 +40,7 @@ static void measure_shares(const kt_model *model, kt_contact_sizes *s) {
             others += is_watched(loop) ? 0 : (size_t)loop->row_count;
         }
         const size_t rows = least_of((size_t)group->row_count, others + 3 * s->most);
-        s->shares = most_of(s->shares, kt_rest_size(rows, (size_t)group->v_count));
+        s->shares = most_of(s->shares, kt_statics_size(rows, (size_t)group->v_count));
     }
 }
 
@@ -207,6 +207,6 @@ kt_status kt_contacts_lay_out(kt_simulation *simulation, kt_error *error) {
     if (status == KT_OK)
         status = kt_data_init_followed(c->all, c->data_memory, s.data, &c->data, error);
     if (status == KT_OK)
-        kt_contacts_place_islands(c);
+        kt_contacts_init_islands(c);
     return status;
 }

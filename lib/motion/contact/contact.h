@@ -227,8 +227,8 @@ void kt_contacts_measure_islands(const kt_model *model, kt_contact_sizes *s);
 /* The count of stored numbers of W, over all islands. If too many rows of an island touch, only the diagonal of W is
  * stored. */
 size_t kt_contacts_count_of_W(const kt_model *model, size_t whole);
-/* Places the islands of c->all, of which no row touches. */
-void kt_contacts_place_islands(struct kt_contacts *c);
+/* Lays out the islands of c->all, of which no row touches. */
+void kt_contacts_init_islands(struct kt_contacts *c);
 /* Empties the lists of rows that touch. */
 void kt_contacts_clear_rows(struct kt_contacts *c);
 /* Adds the next row of item k, and returns the index of this row in the arrays of all rows. */
@@ -367,7 +367,7 @@ void kt_contacts_slip_together(kt_simulation *simulation);
  *
  * kt_contacts_put_rests leaves this friction out in the data of the simulation if its joint is at rest.
  *
- * kt_contacts_take_loads takes the loads of friction that sticks from the last reactions in the data.
+ * kt_contacts_update_loads sets the loads of friction that sticks from the last reactions in the data.
  *
  * kt_contacts_find_loads evaluates these reactions, for the multipliers in c->row.
  *
@@ -375,8 +375,8 @@ void kt_contacts_slip_together(kt_simulation *simulation);
  * which the set was found. */
 bool kt_contacts_have_loads(const struct kt_contacts *c);
 void kt_contacts_put_rests(kt_simulation *simulation, bool rests);
-void kt_contacts_take_loads(struct kt_contacts *c, const kt_model *model, const kt_data *data,
-                            const double *multiplier);
+void kt_contacts_update_loads(struct kt_contacts *c, const kt_model *model, const kt_data *data,
+                              const double *multiplier);
 KT_CHECKED kt_status kt_contacts_find_loads(struct kt_contacts *c, const kt_instant *at, kt_error *error);
 typedef kt_status kt_contacts_solver(kt_simulation *simulation, double t, bool again, bool *jams, double *lost,
                                      kt_error *error);
@@ -394,13 +394,13 @@ uint64_t kt_contacts_set(const kt_simulation *simulation);
 
 /* Selects the model in which all contacts are closed, with the loops and effects that are on in a model, and adapts its
  * data. If this selection changes the model, no row counts as touching any more. */
-void kt_contacts_take_all(struct kt_contacts *c, const kt_model *model);
+void kt_contacts_use_closed_model(struct kt_contacts *c, const kt_model *model);
 /* Computes the gaps of all contacts. all: also the rates, drifts and the Jacobian of their equations. */
 KT_CHECKED kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_model *model, double t, const double *q,
                                                 const double *v, bool all, kt_error *error);
 
 /* Writes multipliers that give the same forces as those in c->row to c->reaction. If contacts at rest share a load in
- * several ways (cone/rest.h), these multipliers have the largest margin, from whose sign events detect whether rest
+ * several ways (cone/statics.h), these multipliers have the largest margin, from whose sign events detect whether rest
  * exists; or they are the least multipliers. */
 KT_CHECKED kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, bool least,
                                                 kt_error *error);

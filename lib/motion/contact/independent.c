@@ -106,7 +106,7 @@ static double opening_reaction_of(kt_simulation *simulation, const double *W, in
     return -2.0 * kt_contact_grazing * size / kt_contacts_own(c, W, i);
 }
 
-/* The weights of the forces of contacts and dry friction that touch (cone/rest.h). */
+/* The weights of the forces of contacts and dry friction that touch (cone/statics.h). */
 static void store_metrics(kt_simulation *simulation, const double *W) {
     const struct kt_contacts *c = simulation->contacts;
     for (int i = 0; i < c->resting; i++)

@@ -64,7 +64,7 @@ size_t kt_contacts_count_of_W(const kt_model *model, size_t whole) {
     return count;
 }
 
-void kt_contacts_place_islands(struct kt_contacts *c) {
+void kt_contacts_init_islands(struct kt_contacts *c) {
     const kt_model *all = c->all;
     size_t W = 0;
     int row = 0;

@@ -40,17 +40,17 @@ void kt_contacts_put_rests(kt_simulation *simulation, bool rests) {
     }
 }
 
-/* Takes the load of an item, for a force of this friction. */
-static void take_load_of_item(const kt_model *model, const kt_data *data, kt_contact *item, double force) {
+/* Sets the load of an item from the reactions, for a force of this friction. */
+static void update_load(const kt_model *model, const kt_data *data, kt_contact *item, double force) {
     const kt_effect_record *effect = kt_effect_record_find(model, item->effect);
     item->load = kt_load_friction_find(model, data, effect, force > 0.0 ? -1.0 : 1.0);
 }
 
-void kt_contacts_take_loads(struct kt_contacts *c, const kt_model *model, const kt_data *data,
-                            const double *multiplier) {
+void kt_contacts_update_loads(struct kt_contacts *c, const kt_model *model, const kt_data *data,
+                              const double *multiplier) {
     for (int k = c->sides; kt_contacts_have_loads(c) && k < c->n; k++)
         if (load_of(model, c, k) != NULL && kt_contact_is_closed(model, &c->item[k]))
-            take_load_of_item(model, data, &c->item[k], multiplier[kt_contact_row(model, &c->item[k])]);
+            update_load(model, data, &c->item[k], multiplier[kt_contact_row(model, &c->item[k])]);
 }
 
 kt_status kt_contacts_find_loads(struct kt_contacts *c, const kt_instant *at, kt_error *error) {
@@ -58,7 +58,7 @@ kt_status kt_contacts_find_loads(struct kt_contacts *c, const kt_instant *at, kt
     const kt_status status =
         kt_motion_evaluate(at->model, at->data, &state, kt_links_scratch(at->data), at->data->load_joint, NULL, error);
     if (status == KT_OK)
-        kt_contacts_take_loads(c, at->model, at->data, c->row);
+        kt_contacts_update_loads(c, at->model, at->data, c->row);
     return status;
 }
 
@@ -86,7 +86,7 @@ static kt_status find_limits(kt_simulation *simulation, double t, bool *changes,
         const double force = item->next == KT_CONTACT_ON     ? c->row[kt_contact_row(model, item)]
                              : item->next == KT_CONTACT_BACK ? 1.0
                                                              : -1.0;
-        take_load_of_item(model, data, item, force);
+        update_load(model, data, item, force);
         *changes = *changes || !(fabs(item->load - before) <= same_limit * kt_contact_limit(model, item));
     }
     return status;

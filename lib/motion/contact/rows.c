@@ -2,7 +2,7 @@
  * of this folder. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
-#include "cone/rest.h"
+#include "cone/statics.h"
 #include "contact/contact.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"
@@ -14,13 +14,13 @@
 #include <float.h>
 #include <math.h>
 
-void kt_contacts_take_all(struct kt_contacts *c, const kt_model *model) {
+void kt_contacts_use_closed_model(struct kt_contacts *c, const kt_model *model) {
     const kt_model *all = kt_model_switched(model, (model->set | c->mask) & ~c->back);
     if (all == c->all)
         return;
     c->all = all;
     kt_data_rebind(all, c->data);
-    kt_contacts_place_islands(c);
+    kt_contacts_init_islands(c);
 }
 
 bool kt_contact_is_released(const kt_contact *contact) {
@@ -88,7 +88,7 @@ double kt_contact_coefficient_at(const kt_model *model, const kt_contact *fricti
 
 kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_model *model, double t, const double *q,
                                      const double *v, bool all, kt_error *error) {
-    kt_contacts_take_all(c, model);
+    kt_contacts_use_closed_model(c, model);
     const kt_dynamic_state at = {.t = t, .q = q, .v = v};
     const kt_status status = kt_loop_entries(c->all, c->data, &at, all ? c->jacobian : NULL, c->row,
                                              all ? c->rate : NULL, all ? c->drift : NULL, error);
@@ -298,13 +298,13 @@ bool kt_contacts_exceed_any(const struct kt_contacts *c, const kt_model *model, 
     return any;
 }
 
-/* Adds a row of a loop to the problem of rest, with its multiplier and its row of J. sign: of the force. */
-static void add_rest_row(const struct kt_contacts *c, const kt_group *group, const kt_loop_record *loop, int component,
-                         double sign, kt_rest *rest, int row) {
+/* Adds a row of a loop to the problem of statics, with its multiplier and its row of J. sign: of the force. */
+static void add_statics_row(const struct kt_contacts *c, const kt_group *group, const kt_loop_record *loop,
+                            int component, double sign, kt_statics *statics, int row) {
     const double *J = c->jacobian + kt_loop_entry(group, loop, component);
-    rest->p[row] = sign * c->row[loop->equation + component];
+    statics->p[row] = sign * c->row[loop->equation + component];
     for (int j = 0; j < group->v_count; j++)
-        rest->matrix[row * rest->columns + j] = sign * J[j];
+        statics->matrix[row * statics->columns + j] = sign * J[j];
 }
 
 /* Whether the contact's friction sticks. */
@@ -312,7 +312,7 @@ static bool contact_sticks(const struct kt_contacts *c, const kt_model *model, c
     return contact->of >= 0 && kt_contact_is_closed(model, &c->item[contact->of]);
 }
 
-/* Whether the force of item k is an unknown of its own in the problem of rest. Friction of a contact belongs to its
+/* Whether the force of item k is an unknown of its own in the problem of statics. Friction of a contact belongs to its
  * contact. The normal force of a contact that slips determines its friction, and does not change. */
 static bool is_unknown_at_rest(const struct kt_contacts *c, const kt_model *model, int k) {
     const kt_contact *contact = &c->item[k];
@@ -321,8 +321,8 @@ static bool is_unknown_at_rest(const struct kt_contacts *c, const kt_model *mode
 }
 
 /* Adds contacts and dry friction of a group. */
-static void add_rest_items(const struct kt_contacts *c, const kt_model *model, const kt_group *group, double t,
-                           kt_rest *rest) {
+static void add_statics_items(const struct kt_contacts *c, const kt_model *model, const kt_group *group, double t,
+                              kt_statics *statics) {
     for (int k = 0; k < c->n; k++) {
         const kt_contact *contact = &c->item[k];
         const kt_loop_record *loop = &model->loop[contact->loop];
@@ -330,18 +330,18 @@ static void add_rest_items(const struct kt_contacts *c, const kt_model *model, c
             continue;
         const kt_contact_memory *memory = &contact->simulation->contact_state[k];
         const bool sticks = k < c->sides && contact_sticks(c, model, contact);
-        const int row = rest->rows;
-        (void)kt_rest_add(rest,
-                          sticks         ? KT_REST_CONE
-                          : k < c->sides ? KT_REST_NORMAL
-                                         : KT_REST_DRY,
-                          sticks         ? kt_contact_coefficient_at(model, &c->item[contact->of], t)
-                          : k < c->sides ? 0.0
-                                         : kt_contact_limit(model, contact),
-                          memory->opens_at, memory->metric);
-        add_rest_row(c, group, loop, 0, contact->sign, rest, row);
+        const int row = statics->rows;
+        (void)kt_statics_add(statics,
+                             sticks         ? KT_STATICS_CONE
+                             : k < c->sides ? KT_STATICS_NORMAL
+                                            : KT_STATICS_DRY,
+                             sticks         ? kt_contact_coefficient_at(model, &c->item[contact->of], t)
+                             : k < c->sides ? 0.0
+                                            : kt_contact_limit(model, contact),
+                             memory->opens_at, memory->metric);
+        add_statics_row(c, group, loop, 0, contact->sign, statics, row);
         for (int i = 0; sticks && i < 2; i++)
-            add_rest_row(c, group, &model->loop[c->item[contact->of].loop], i, 1.0, rest, row + 1 + i);
+            add_statics_row(c, group, &model->loop[c->item[contact->of].loop], i, 1.0, statics, row + 1 + i);
     }
 }
 
@@ -352,51 +352,53 @@ static bool is_loop_at_rest(const kt_loop_record *loop) {
 
 /* Adds the other loops of a group, whose forces have no limit. Their weight is so small that it has no influence on the
  * forces of contacts. */
-static void add_rest_loops(const struct kt_contacts *c, const kt_model *model, const kt_group *group, kt_rest *rest) {
+static void add_statics_loops(const struct kt_contacts *c, const kt_model *model, const kt_group *group,
+                              kt_statics *statics) {
     static const double weight = 1e-8;
     double least = HUGE_VAL;
-    for (int k = 0; k < rest->n; k++)
-        least = fmin(least, rest->item[k].metric);
+    for (int k = 0; k < statics->n; k++)
+        least = fmin(least, statics->item[k].metric);
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
         for (int r = 0; is_loop_at_rest(loop) && r < loop->row_count; r++) {
-            const int row = rest->rows;
-            (void)kt_rest_add(rest, KT_REST_FREE, 0.0, 0.0, weight * least);
-            add_rest_row(c, group, loop, r, 1.0, rest, row);
+            const int row = statics->rows;
+            (void)kt_statics_add(statics, KT_STATICS_FREE, 0.0, 0.0, weight * least);
+            add_statics_row(c, group, loop, r, 1.0, statics, row);
         }
     }
 }
 
-/* Writes forces of the problem of rest back, in the order in which they were added. */
-static void take_forces_of_rest(struct kt_contacts *c, const kt_model *model, const kt_group *group,
-                                const kt_rest *rest) {
+/* Writes the forces of the problem of statics back, in the order in which they were added. */
+static void write_static_forces(struct kt_contacts *c, const kt_model *model, const kt_group *group,
+                                const kt_statics *statics) {
     int row = 0;
     for (int k = 0; k < c->n; k++) {
         const kt_contact *contact = &c->item[k];
         if (!is_unknown_at_rest(c, model, k) || &model->group[model->loop[contact->loop].group] != group)
             continue;
-        c->reaction[kt_contact_row(model, contact)] = contact->sign * kt_rest_force(rest, row++);
+        c->reaction[kt_contact_row(model, contact)] = contact->sign * kt_statics_force(statics, row++);
         for (int i = 0; k < c->sides && contact_sticks(c, model, contact) && i < 2; i++)
-            c->reaction[kt_contact_row(model, &c->item[contact->of]) + i] = kt_rest_force(rest, row++);
+            c->reaction[kt_contact_row(model, &c->item[contact->of]) + i] = kt_statics_force(statics, row++);
     }
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
         for (int r = 0; is_loop_at_rest(loop) && r < loop->row_count; r++)
-            c->reaction[loop->equation + r] = kt_rest_force(rest, row++);
+            c->reaction[loop->equation + r] = kt_statics_force(statics, row++);
     }
 }
 
 /* The reserves of items that bound the margin have the margin's sign, so that all their events are due at one
  * instant. */
-static void take_reserves(struct kt_contacts *c, const kt_model *model, const kt_group *group, const kt_rest *rest) {
+static void write_reserves(struct kt_contacts *c, const kt_model *model, const kt_group *group,
+                           const kt_statics *statics) {
     int item = 0;
     for (int k = 0; k < c->n; k++) {
         const kt_contact *contact = &c->item[k];
         if (!is_unknown_at_rest(c, model, k) || &model->group[model->loop[contact->loop].group] != group)
             continue;
         const int at = k < c->sides && contact_sticks(c, model, contact) ? contact->of : k;
-        if (kt_rest_bounds_margin(rest, item))
-            c->reserve[at] = rest->margin * rest->unit / rest->scale[rest->item[item].row] *
+        if (kt_statics_bounds_margin(statics, item))
+            c->reserve[at] = statics->margin * statics->unit / statics->scale[statics->item[item].row] *
                              (at == contact->of ? kt_contact_coefficient(model, &c->item[at]) : 1.0);
         item++;
     }
@@ -415,16 +417,16 @@ static void share_load_of_group(struct kt_contacts *c, const kt_model *model, co
     rows = rows + 3 * items < group->row_count ? rows + 3 * items : group->row_count;
     if (items == 0 || items > c->most || c->problem == NULL)
         return;
-    kt_rest *rest = kt_rest_init((size_t)rows, (size_t)group->v_count, c->matrices);
-    add_rest_items(c, model, group, t, rest);
-    add_rest_loops(c, model, group, rest);
-    kt_rest_begin(rest);
-    kt_rest_find_margin(rest);
+    kt_statics *statics = kt_statics_init((size_t)rows, (size_t)group->v_count, c->matrices);
+    add_statics_items(c, model, group, t, statics);
+    add_statics_loops(c, model, group, statics);
+    kt_statics_begin(statics);
+    kt_statics_find_margin(statics);
     if (least)
-        kt_rest_find_least(rest);
+        kt_statics_find_least(statics);
     else
-        take_reserves(c, model, group, rest);
-    take_forces_of_rest(c, model, group, rest);
+        write_reserves(c, model, group, statics);
+    write_static_forces(c, model, group, statics);
 }
 
 kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, bool least, kt_error *error) {

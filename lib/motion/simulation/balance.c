@@ -222,7 +222,7 @@ static void refine_works(kt_simulation *simulation) {
 
 static size_t measure_panel(const kt_simulation_sizes *size) { return size->panel * sizeof(kt_work_panel); }
 
-static void place_panel(kt_simulation *simulation, void *memory) { simulation->works.panel = memory; }
+static void init_panel(kt_simulation *simulation, void *memory) { simulation->works.panel = memory; }
 
 static bool has_panel(const kt_simulation *simulation) { return simulation->size.panel > 0; }
 
@@ -233,7 +233,7 @@ static void forget_panel(kt_simulation *simulation) {
 }
 
 const kt_part kt_balance_part = {.measure = measure_panel,
-                                 .place = place_panel,
+                                 .init = init_panel,
                                  .is_active = has_panel,
                                  .forget = forget_panel,
                                  .resume = resume_panel,

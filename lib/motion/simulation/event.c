@@ -541,12 +541,12 @@ KT_ARENA_ARRAYS(lay_out_events, kt_events, KT_EVENT_FIELDS, size_t n)
 
 static size_t measure_events(const kt_simulation_sizes *size) { return lay_out_events(NULL, NULL, size->event); }
 
-static void place_events(kt_simulation *simulation, void *memory) {
+static void init_events(kt_simulation *simulation, void *memory) {
     (void)lay_out_events(&simulation->events, memory, simulation->size.event);
 }
 
 const kt_part kt_event_part = {.measure = measure_events,
-                               .place = place_events,
+                               .init = init_events,
                                .is_active = has_events,
                                .rebind = forget_values,
                                .forget = forget_values,

@@ -367,7 +367,7 @@ static size_t measure_gaps(const kt_simulation_sizes *size) {
     return size->gap > 0 ? lay_out_gaps(NULL, size->gap) : 0;
 }
 
-static void place_gaps(kt_simulation *simulation, void *memory) {
+static void init_gaps(kt_simulation *simulation, void *memory) {
     (void)lay_out_gaps(memory, simulation->size.gap);
     simulation->gaps = memory;
 }
@@ -390,7 +390,7 @@ static void renew_gaps(const kt_simulation *simulation) {
 
 const kt_part kt_gap_part = {.is_active = has_gaps,
                              .measure = measure_gaps,
-                             .place = place_gaps,
+                             .init = init_gaps,
                              .rebind = rebind_gaps,
                              .renew = renew_gaps,
                              .forget = forget_gaps,

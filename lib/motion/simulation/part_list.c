@@ -23,5 +23,5 @@ size_t kt_simulation_measure_parts(const kt_simulation_sizes *size) { return kt_
 void kt_simulation_place_parts(kt_simulation *simulation) {
     simulation->parts = parts;
     simulation->part_count = PARTS;
-    kt_parts_place(simulation, simulation->part_memory);
+    kt_parts_init(simulation, simulation->part_memory);
 }

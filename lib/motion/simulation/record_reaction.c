@@ -13,7 +13,7 @@ static kt_status react_by_least(kt_simulation *simulation, const kt_dynamic_stat
     kt_data *data = simulation->data;
     const kt_instant instant = {
         .model = simulation->model, .data = data, .t = at->t, .q = at->q, .v = at->v, .tau = at->tau};
-    kt_contacts_take_loads(c, simulation->model, data, simulation->multiplier);
+    kt_contacts_update_loads(c, simulation->model, data, simulation->multiplier);
     kt_contacts_share_load(c, simulation->model, simulation->multiplier);
     if (!kt_contacts_share_any(c, simulation->model) &&
         !kt_contacts_exceed_any(c, simulation->model, simulation->multiplier))

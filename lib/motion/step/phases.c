@@ -9,13 +9,13 @@ size_t kt_parts_measure(const kt_simulation_sizes *size, const kt_part *const *p
     return bytes;
 }
 
-void kt_parts_place(kt_simulation *simulation, void *memory) {
+void kt_parts_init(kt_simulation *simulation, void *memory) {
     char *at = memory;
     for (size_t i = 0; i < simulation->part_count; i++) {
         const kt_part *const *parts = simulation->parts;
         const size_t bytes = parts[i]->measure != NULL ? parts[i]->measure(&simulation->size) : 0;
         if (bytes > 0)
-            parts[i]->place(simulation, at);
+            parts[i]->init(simulation, at);
         at += kt_arena_round(bytes);
     }
 }

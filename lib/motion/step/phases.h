@@ -81,7 +81,7 @@ typedef struct kt_part {
     bool (*is_active)(const kt_simulation *simulation);
     /* Set-up: returns the bytes of the part's own memory, and initialises the memory. NULL: the part has none. */
     size_t (*measure)(const kt_simulation_sizes *size);
-    void (*place)(kt_simulation *simulation, void *memory);
+    void (*init)(kt_simulation *simulation, void *memory);
     KT_PHASES(KT_PHASE_MEMBER) /* NULL: the part does not act in this phase */
 } kt_part;
 #undef KT_PHASE_MEMBER
@@ -103,7 +103,7 @@ void kt_parts_list(kt_simulation *simulation);
 
 /* Returns the bytes of the memory of all parts, and initialises the memory, which is clear. */
 size_t kt_parts_measure(const kt_simulation_sizes *size, const kt_part *const *parts, size_t count);
-void kt_parts_place(kt_simulation *simulation, void *memory);
+void kt_parts_init(kt_simulation *simulation, void *memory);
 
 /* Phases outside of steps. */
 void kt_phase_rebind(kt_simulation *simulation);

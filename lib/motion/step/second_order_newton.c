@@ -59,12 +59,12 @@ static size_t measure_newton(const kt_simulation_sizes *size) {
     return size->vectors > 0 ? lay_out_newton(NULL, size) : 0;
 }
 
-static void place_newton(kt_simulation *simulation, void *memory) {
+static void init_newton(kt_simulation *simulation, void *memory) {
     (void)lay_out_newton(memory, &simulation->size);
     simulation->newton = memory;
 }
 
-const kt_part kt_newton_part = {.measure = measure_newton, .place = place_newton};
+const kt_part kt_newton_part = {.measure = measure_newton, .init = init_newton};
 
 void kt_simulation_newton_measure(const kt_model *model, bool exact, kt_simulation_sizes *size) {
     const bool loops = kt_loop_group_count(model) > 0;

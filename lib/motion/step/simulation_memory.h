@@ -97,7 +97,7 @@ typedef struct kt_contact_memory {
                               friction in joints, the dry and the viscous force */
     int64_t closed;        /* the contact is closed, or sticks, in the model that the simulation runs on */
     int64_t counted;       /* the contact is closed, or sticks, according to the counts of contacts */
-    int64_t shared;        /* the contact rests, and forces of its island are not unique (cone/rest.h) */
+    int64_t shared;        /* the contact rests, and forces of its island are not unique (cone/statics.h) */
     double metric;         /* the mean of the diagonal of its block of W */
 } kt_contact_memory;
 

@@ -1,4 +1,4 @@
-/* Rest: forces of contacts and dry friction under which nothing moves.
+/* Statics: forces of contacts and dry friction under which nothing moves.
  *
  *     minimise |p|^2 / 2    subject to    A p = c,    p in K
  *
@@ -6,7 +6,7 @@
  * l) of contacts, the half-lines p_n >= l of contacts without friction, and the intervals |p| <= S of dry friction. The
  * diagonal blocks of W give the norm: item i has the weight w_i, the mean of the diagonal of its block. Several
  * contacts may share a load in many ways, but the minimum is unique, and independent of the order of items and of
- * units. At rest, De Saxce's form of Coulomb's law is this problem: the slip is zero, so that the bipotential has no
+ * units. At statics, De Saxce's form of Coulomb's law is this problem: the slip is zero, so that the bipotential has no
  * coupling of normal and tangential rows (doi:10.1016/S0895-7177(98)00119-8; doi:10.1002/zamm.201000073).
  *
  * All forces with A p = c are p = p0 + Z x. The least p, p0, is in the range of A', and Z is an orthonormal basis of
@@ -19,31 +19,31 @@
  * margin is a continuous function of the load, and changes its sign where rest ends. Therefore events watch the margin.
  * All forces are measured in the largest force of p0. */
 /* SPDX-License-Identifier: Apache-2.0 */
-#ifndef KT_CONE_REST_H
-#define KT_CONE_REST_H
+#ifndef KT_CONE_STATICS_H
+#define KT_CONE_STATICS_H
 
 #include "base/arena.h"
 
 #include <stdbool.h>
 
-typedef enum kt_rest_type {
-    KT_REST_NORMAL, /* one row, p >= l */
-    KT_REST_CONE,   /* a normal row, then two tangential ones */
-    KT_REST_DRY,    /* one row, |p| <= S */
-    KT_REST_FREE,   /* one row of a loop, without a limit */
-} kt_rest_type;
+typedef enum kt_statics_type {
+    KT_STATICS_NORMAL, /* one row, p >= l */
+    KT_STATICS_CONE,   /* a normal row, then two tangential ones */
+    KT_STATICS_DRY,    /* one row, |p| <= S */
+    KT_STATICS_FREE,   /* one row of a loop, without a limit */
+} kt_statics_type;
 
-typedef struct kt_rest_item {
-    kt_rest_type type;
+typedef struct kt_statics_item {
+    kt_statics_type type;
     int row;
     double friction; /* mu; of dry friction S */
     double least;    /* l */
     double metric;   /* w */
-} kt_rest_item;
+} kt_statics_item;
 
 /* Matrices are stored by rows. Vectors of the basis, and of `fixed_basis`, are stored one after the other. */
-#define KT_REST_FIELDS(X)                                                                                              \
-    X(kt_rest_item, item, rows, "items")                                                                               \
+#define KT_STATICS_FIELDS(X)                                                                                           \
+    X(kt_statics_item, item, rows, "items")                                                                            \
     X(double, p, rows, "forces")                                                                                       \
     X(double, scale, rows, "of each force: the root of its item's weight")                                             \
     X(double, matrix, rows *columns, "A', a row for each force")                                                       \
@@ -55,41 +55,42 @@ typedef struct kt_rest_item {
     X(double, next, rows, "scratch: forces after the step")                                                            \
     X(double, change, rows, "scratch: by which forces change")
 
-typedef struct kt_rest {
+typedef struct kt_statics {
     int n, rows, columns; /* items; forces; equations */
     int rank, nullity;    /* dimensions of the range, and of Z */
     double unit;          /* the largest force of p0, in the scaled norm */
     double margin;        /* the largest t, relative to `unit` */
-    KT_ARENA_DECLARE(KT_REST_FIELDS)
-} kt_rest;
+    KT_ARENA_DECLARE(KT_STATICS_FIELDS)
+} kt_statics;
 
 /* The margin up to which t is maximised: forces with more reserve than that are not changed. */
-static const double kt_rest_cap = 0.05;
+static const double kt_statics_cap = 0.05;
 /* The margin is exact up to this part of `unit`. Rest exists if the margin is no further below zero. */
-static const double kt_rest_exact = 1e-9;
+static const double kt_statics_exact = 1e-9;
 
 /* Bytes of a problem of so many forces and equations, and the problem, without items, in memory of that size. */
-size_t kt_rest_size(size_t rows, size_t columns);
-kt_rest *kt_rest_init(size_t rows, size_t columns, void *memory);
+size_t kt_statics_size(size_t rows, size_t columns);
+kt_statics *kt_statics_init(size_t rows, size_t columns, void *memory);
 /* Adds an item, whose rows follow the rows of earlier items. A metric that is not positive counts as 1: no force moves
  * an item that other loops hold. */
-kt_rest_item *kt_rest_add(kt_rest *rest, kt_rest_type type, double friction, double least, double metric);
+kt_statics_item *kt_statics_add(kt_statics *statics, kt_statics_type type, double friction, double least,
+                                double metric);
 
 /* Finds p0 from forces p that satisfy A p = c. */
-void kt_rest_begin(kt_rest *rest);
+void kt_statics_begin(kt_statics *statics);
 /* Finds p0 for A = W, which is symmetric, and c = -b, which p has at first. The caller checks the residual: no forces
  * may satisfy A p = c. Returns false if W is not positive semidefinite. */
-bool kt_rest_begin_symmetric(kt_rest *rest);
+bool kt_statics_begin_symmetric(kt_statics *statics);
 /* Finds the largest margin, and forces p with this margin. */
-void kt_rest_find_margin(kt_rest *rest);
-/* Finds the least p in K, after kt_rest_find_margin. If the margin is not positive, p stays as it is. */
-void kt_rest_find_least(kt_rest *rest);
+void kt_statics_find_margin(kt_statics *statics);
+/* Finds the least p in K, after kt_statics_find_margin. If the margin is not positive, p stays as it is. */
+void kt_statics_find_least(kt_statics *statics);
 
 /* Whether an item bounds the margin: others of these end at the same load. */
-bool kt_rest_bounds_margin(const kt_rest *rest, int item);
+bool kt_statics_bounds_margin(const kt_statics *statics, int item);
 /* A force of the problem. */
-static inline double kt_rest_force(const kt_rest *rest, int row) {
-    return rest->p[row] * (rest->unit > 0.0 ? rest->unit : 1.0) / rest->scale[row];
+static inline double kt_statics_force(const kt_statics *statics, int row) {
+    return statics->p[row] * (statics->unit > 0.0 ? statics->unit : 1.0) / statics->scale[row];
 }
 
 #endif

@@ -3,7 +3,7 @@
  * (doi:10.1137/1.9781611971217), decide whether forces of rest exist. Dykstra's alternating projections find the least
  * ones (doi:10.1080/01621459.1983.10477029). */
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "cone/rest.h"
+#include "cone/statics.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -143,24 +143,25 @@ static void draw_problem(kt_random *random, problem *p) {
 /* Solves with contacts in another order. factor: of all masses. Returns the margin. p: forces in the first order. */
 static double solve_rest(const problem *p, const int *order, void *memory, double *force) {
     const int m = 3 * p->n;
-    kt_rest *rest = kt_rest_init((size_t)m, (size_t)m, memory);
+    kt_statics *statics = kt_statics_init((size_t)m, (size_t)m, memory);
     for (int i = 0; i < p->n; i++) {
         const int of = order[i];
-        (void)kt_rest_add(rest, KT_REST_CONE, p->mu[of], 0.0,
-                          (p->W[3 * of][3 * of] + p->W[3 * of + 1][3 * of + 1] + p->W[3 * of + 2][3 * of + 2]) / 3.0);
+        (void)kt_statics_add(statics, KT_STATICS_CONE, p->mu[of], 0.0,
+                             (p->W[3 * of][3 * of] + p->W[3 * of + 1][3 * of + 1] + p->W[3 * of + 2][3 * of + 2]) /
+                                 3.0);
         for (int c = 0; c < 3; c++) {
-            rest->p[3 * i + c] = -p->b[3 * of + c];
+            statics->p[3 * i + c] = -p->b[3 * of + c];
             for (int j = 0; j < m; j++)
-                rest->matrix[(3 * i + c) * m + j] = p->W[3 * of + c][3 * order[j / 3] + j % 3];
+                statics->matrix[(3 * i + c) * m + j] = p->W[3 * of + c][3 * order[j / 3] + j % 3];
         }
     }
-    if (!kt_rest_begin_symmetric(rest))
+    if (!kt_statics_begin_symmetric(statics))
         return (double)NAN;
-    kt_rest_find_margin(rest);
-    kt_rest_find_least(rest);
+    kt_statics_find_margin(statics);
+    kt_statics_find_least(statics);
     for (int i = 0; i < m; i++)
-        force[3 * order[i / 3] + i % 3] = kt_rest_force(rest, i);
-    return rest->margin;
+        force[3 * order[i / 3] + i % 3] = kt_statics_force(statics, i);
+    return statics->margin;
 }
 
 /* |W p + b|, relative to the largest |b|. */
@@ -237,7 +238,7 @@ KT_TEST(rest_exists_where_polygons_inside_the_cones_have_it) {
     KT_WORST residuals = kt_worst_make("W p + b"), cones = kt_worst_make("outside of cones");
     problem *p = malloc(sizeof *p);
     squares *s = malloc(sizeof *s);
-    void *memory = aligned_alloc(KT_ARENA_ALIGNMENT, kt_rest_size(ROWS, ROWS));
+    void *memory = aligned_alloc(KT_ARENA_ALIGNMENT, kt_statics_size(ROWS, ROWS));
     int inside = 0, beyond = 0, missed = 0, wrong = 0;
     for (int k = 0; k < PROBLEMS; k++) {
         double force[ROWS];
@@ -247,7 +248,7 @@ KT_TEST(rest_exists_where_polygons_inside_the_cones_have_it) {
         if (k % 4 > 0)
             load_problem(&random, p, k % 4 == 1 ? 1.0 : 1.6);
         const double margin = solve_rest(p, order, memory, force);
-        const bool exists = margin >= -kt_rest_exact && residual_of(p, force) <= 1e-9;
+        const bool exists = margin >= -kt_statics_exact && residual_of(p, force) <= 1e-9;
         if (exists) {
             kt_worst_below(&residuals, residual_of(p, force), 1e-9, "problem %d", k);
             kt_worst_below(&cones, outside_of(p, force), 1e-8, "problem %d", k);
@@ -349,7 +350,7 @@ KT_TEST(forces_of_rest_are_the_least_in_any_order_and_for_any_mass) {
     kt_random random = kt_random_of_test();
     KT_WORST least = kt_worst_make("norm"), turned = kt_worst_make("another order"), heavy = kt_worst_make("masses");
     problem *p = malloc(sizeof *p);
-    void *memory = aligned_alloc(KT_ARENA_ALIGNMENT, kt_rest_size(ROWS, ROWS));
+    void *memory = aligned_alloc(KT_ARENA_ALIGNMENT, kt_statics_size(ROWS, ROWS));
     int found = 0, shared = 0;
     for (int k = 0; found < 60; k++) {
         double force[ROWS], other[ROWS], scaled[ROWS], w[ROWS], norm = 0.0, most = 0.0, far = 0.0;
@@ -394,13 +395,14 @@ KT_TEST(forces_of_rest_are_the_least_in_any_order_and_for_any_mass) {
 KT_TEST(an_item_that_no_force_moves_counts_with_the_weight_1) {
     static _Alignas(64) char memory[1 << 12];
     for (int k = 0; k < 2; k++) {
-        kt_rest *rest = kt_rest_init(1, 1, memory);
-        (void)kt_rest_add(rest, KT_REST_DRY, 2.0, 0.0, k == 0 ? 0.0 : -1e-18);
-        rest->p[0] = 1.5;
-        rest->matrix[0] = 1.0;
-        kt_rest_begin(rest);
-        kt_rest_find_margin(rest);
-        kt_check_below("force, N m, error", fabs(kt_rest_force(rest, 0) - 1.5), 1e-15);
-        kt_check_below("margin, error", fabs(rest->margin - kt_rest_cap), 1e-15); /* the reserve is 0.33 of the force */
+        kt_statics *statics = kt_statics_init(1, 1, memory);
+        (void)kt_statics_add(statics, KT_STATICS_DRY, 2.0, 0.0, k == 0 ? 0.0 : -1e-18);
+        statics->p[0] = 1.5;
+        statics->matrix[0] = 1.0;
+        kt_statics_begin(statics);
+        kt_statics_find_margin(statics);
+        kt_check_below("force, N m, error", fabs(kt_statics_force(statics, 0) - 1.5), 1e-15);
+        kt_check_below("margin, error", fabs(statics->margin - kt_statics_cap),
+                       1e-15); /* the reserve is 0.33 of the force */
     }
 }
