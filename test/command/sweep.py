@@ -99,6 +99,8 @@ simulate: {duration: 1}
         same(f"whole radians are warned of {count} times", told.count("10 is in radians, 1.59 turns. Write '10 deg'"), count)
     told = run("hinge.yaml", "--vary", "tilt=0.1,0.2,10,0.3", "--out", "-").stderr
     same("whole radians of a later run", told.count("10 is in radians, 1.59 turns. Write '10 deg'"), 1)
+    told = run("hinge.yaml", "--vary", "tilt=0,0.2,60", "--set", "bodies.arm.joint.rotation={axis: [0, 0, 1], angle: 45}", "--out", "-").stderr
+    same("radians that vary beside others", [told.count(f"{x} is in radians") for x in (45, 60)], [1, 1])
 
 
 def other_columns():

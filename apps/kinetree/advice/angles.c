@@ -29,6 +29,7 @@ typedef struct angles {
     kt_warnings *warnings;
     bool only_whole, is_robot;
     const kt_settings *settings; /* of the command line; NULL: none */
+    bool only_settings;          /* other angles are not reported */
     int count;
 } angles;
 
@@ -46,7 +47,7 @@ static bool is_setting(const kt_settings *settings, double x) {
 /* Returns whether an angle is to be reported. In records of earlier runs, angles that are no whole numbers may have
  * many turns. */
 static bool is_reported(const angles *a, double x) {
-    if (!isfinite(x) || !is_doubtful_angle(x))
+    if (!isfinite(x) || !is_doubtful_angle(x) || (a->only_settings && !is_setting(a->settings, x)))
         return false;
     return !a->only_whole || x == rint(x) || (fabs(x) > MANY && is_setting(a->settings, x));
 }
@@ -181,14 +182,13 @@ static void check_driven_angles(angles *a, const kt_description *d) {
     }
 }
 
-int kt_angles_warn(kt_warnings *warnings, const kt_scene *scene, bool only_whole, const kt_settings *settings) {
+static void check_scene_angles(angles *a, const kt_scene *scene) {
     const kt_description *d = &scene->description;
-    angles a = {
-        .warnings = warnings, .only_whole = only_whole, .is_robot = kt_is_robot_scene(scene), .settings = settings};
+    a->is_robot = kt_is_robot_scene(scene);
     for (int i = 0; i < d->body_count; i++)
-        check_body_angles(&a, &d->bodies[i]);
+        check_body_angles(a, &d->bodies[i]);
     for (int i = 0; i < d->loop_count; i++)
-        check_end_angles(&a, d->loops[i].between, "loop", d->loops[i].name);
+        check_end_angles(a, d->loops[i].between, "loop", d->loops[i].name);
     for (int i = 0; i < d->effect_count; i++) {
         const kt_effect *effect = &d->effects[i];
         char name[100];
@@ -196,11 +196,16 @@ int kt_angles_warn(kt_warnings *warnings, const kt_scene *scene, bool only_whole
             (void)snprintf(name, sizeof name, "%.90s", effect->name);
         else
             (void)snprintf(name, sizeof name, "effect[%d]", i);
-        check_effect_angles(&a, d, effect);
-        check_end_angles(&a, effect->between, "effect", name);
+        check_effect_angles(a, d, effect);
+        check_end_angles(a, effect->between, "effect", name);
     }
-    if (!only_whole)
-        check_driven_angles(&a, d);
+    if (!a->only_whole)
+        check_driven_angles(a, d);
+}
+
+int kt_angles_warn(kt_warnings *warnings, const kt_scene *scene, bool only_whole, const kt_settings *settings) {
+    angles a = {.warnings = warnings, .only_whole = only_whole, .settings = settings};
+    check_scene_angles(&a, scene);
     return a.count;
 }
 
@@ -209,4 +214,10 @@ int kt_angles_say(const kt_scene *scene, const kt_settings *settings) {
     const int count = kt_angles_warn(&warnings, scene, true, settings);
     kt_warnings_free(&warnings);
     return count;
+}
+
+int kt_angles_set_warn(kt_warnings *warnings, const kt_scene *scene, const kt_settings *settings) {
+    angles a = {.warnings = warnings, .only_whole = true, .settings = settings, .only_settings = true};
+    check_scene_angles(&a, scene);
+    return a.count;
 }

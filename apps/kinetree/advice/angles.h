@@ -17,6 +17,9 @@ int kt_angles_warn(kt_warnings *warnings, const kt_scene *scene, bool only_whole
 /* Prints the same warnings, with only_whole, without a list. Returns their number. */
 int kt_angles_say(const kt_scene *scene, const kt_settings *settings);
 
+/* Warns of doubtful angles that these settings give, and of no other angles. Returns the number of warnings. */
+int kt_angles_set_warn(kt_warnings *warnings, const kt_scene *scene, const kt_settings *settings);
+
 /* Warns, once each, of bodies whose shapes give a density that no solid has, and of inertias that masses within the
  * shapes of a body cannot have. margin: the factor beyond these bounds, 1 or more: shapes may be mere sketches. Returns
  * the number of warnings. */

@@ -467,20 +467,34 @@ static int64_t find_first_valid_run(const kt_sweep *sweep) {
     return 0;
 }
 
-/* Warns of doubtful angles in the first valid run; without any, in the runs with the largest values. */
+/* Warns of the values of an axis in a run that are doubtful angles; returns their number. */
+static int warn_of_axis_angles(const kt_sweep *sweep, const kt_scene *scene, int64_t run, int axis,
+                               kt_warnings *warnings) {
+    kt_sweep_texts texts;
+    (void)settings_of(sweep, run, &texts);
+    const kt_settings own = {.text = {texts.text[axis]}, .count = 1};
+    return kt_angles_set_warn(warnings, scene, &own);
+}
+
+/* Warns of doubtful angles in the first valid run, and of those that only the runs with the largest values have. */
 static void say_angles_of_runs(const kt_sweep *sweep, const kt_scene *first, int64_t first_run) {
     kt_sweep_texts texts;
-    kt_settings settings = settings_of(sweep, first_run, &texts);
-    int count = sweep->arguments->quiet ? 1 : kt_angles_say(first, &settings);
-    for (int axis = 0; axis < sweep->plan.count && count == 0; axis++) {
+    const kt_settings settings = settings_of(sweep, first_run, &texts);
+    kt_warnings silent = {.quiet = true}, printed = {.quiet = false};
+    if (sweep->arguments->quiet)
+        return;
+    (void)kt_angles_say(first, &settings);
+    for (int axis = 0; axis < sweep->plan.count; axis++) {
         made m = {.scene = NULL};
         kt_error error = {0};
         const int64_t run = kt_sweep_plan_largest(&sweep->plan, axis);
-        settings = settings_of(sweep, run, &texts);
-        if (make_model(sweep, run, &m, NULL, NULL, &error) == KT_OK)
-            count = kt_angles_say(m.scene, &settings);
+        if (warn_of_axis_angles(sweep, first, first_run, axis, &silent) == 0 &&
+            make_model(sweep, run, &m, NULL, NULL, &error) == KT_OK)
+            (void)warn_of_axis_angles(sweep, m.scene, run, axis, &printed);
         release_run(&m);
     }
+    kt_warnings_free(&silent);
+    kt_warnings_free(&printed);
 }
 
 int kt_sweep_list_columns(kt_sweep *sweep) {
