@@ -233,6 +233,31 @@ static kt_status start_closed_at(kt_simulation *simulation, double t, kt_error *
 
 bool kt_simulation_is_stepped(const kt_simulation *simulation) { return simulation->steps_over_contacts; }
 
+/* From 2 pi / eps on, a double has no digit left for the angle within a turn. */
+static kt_status reject_far_angles(const kt_model *model, const double *q, kt_error *error) {
+    static const double most = 6.283185307179586 / DBL_EPSILON;
+    for (size_t i = 1; i < model->n.link; i++) {
+        const kt_link *link = &model->link[i];
+        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
+        for (int k = motion.lengths; k < motion.plain; k++)
+            if (!(fabs(q[link->q + k]) <= most))
+                return kt_error_set(
+                    error, KT_ERROR_ARGUMENT,
+                    kt_where_format("joint '%.100s'", model->text + model->body[link->body].joint_name).text,
+                    "an angle of %.3g rad has no digits within a turn; give the angle less its whole turns",
+                    q[link->q + k]);
+    }
+    return KT_OK;
+}
+
+/* Checks a state that the caller gives. */
+static kt_status check_given_state(const kt_simulation *simulation, const double *q, const double *v,
+                                   kt_error *error) {
+    const kt_input input = {.q = q, .v = v};
+    const kt_status status = kt_input_check(simulation->model, &input, error);
+    return status == KT_OK ? reject_far_angles(simulation->model, q, error) : status;
+}
+
 static kt_status set_closed_state(kt_simulation *simulation, double t, const double *q, const double *v,
                                   kt_error *error) {
     const size_t nq = simulation->size.nq, nv = simulation->size.nv;
@@ -243,8 +268,7 @@ static kt_status set_closed_state(kt_simulation *simulation, double t, const dou
     kt_move(new_v, v ? v : simulation->model->zero, nv * sizeof(double));
     kt_copy(new_v + nv, simulation->model->v0 + simulation->model->n.v, simulation->size.x * sizeof(double));
     memset(simulation->y + simulation->size.work, 0, (simulation->size.n - simulation->size.work) * sizeof(double));
-    const kt_input input = {.q = new_q, .v = new_v};
-    kt_status status = kt_input_check(simulation->model, &input, error);
+    kt_status status = check_given_state(simulation, new_q, new_v, error);
     if (status == KT_OK)
         status = start_closed_at(simulation, t, error);
     if (status != KT_OK)
@@ -267,23 +291,6 @@ kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const dou
     return kt_simulation_end_change(simulation, set_closed_state(simulation, t, q, v, error));
 }
 
-/* From 2 pi / eps on, a double has no digit left for the angle within a turn. */
-static kt_status reject_far_angles(const kt_model *model, const double *q, kt_error *error) {
-    static const double most = 6.283185307179586 / DBL_EPSILON;
-    for (size_t i = 1; i < model->n.link; i++) {
-        const kt_link *link = &model->link[i];
-        const kt_motion_facts motion = kt_motion_facts_of(link->motion);
-        for (int k = motion.lengths; k < motion.plain; k++)
-            if (!(fabs(q[link->q + k]) <= most))
-                return kt_error_set(
-                    error, KT_ERROR_ARGUMENT,
-                    kt_where_format("joint '%.100s'", model->text + model->body[link->body].joint_name).text,
-                    "an angle of %.3g rad has no digits within a turn; give the angle less its whole turns",
-                    q[link->q + k]);
-    }
-    return KT_OK;
-}
-
 /* Writes the final state of a jump to y, with closed loops. NULL: positions or velocities do not change. */
 static kt_status close_jump_state(kt_simulation *simulation, const double *q, const double *v, kt_error *error) {
     const double t = kt_integrator_time(simulation->integrator);
@@ -293,10 +300,7 @@ static kt_status close_jump_state(kt_simulation *simulation, const double *q, co
     memcpy(to, kt_integrator_state(simulation->integrator), simulation->size.n * sizeof(double));
     memmove(to, q ? q : simulation->state, nq * sizeof(double));
     memmove(to + nq, v ? v : simulation->state + nq, nv * sizeof(double));
-    const kt_input input = {.q = to, .v = to + nq};
-    kt_status status = kt_input_check(simulation->model, &input, error);
-    if (status == KT_OK)
-        status = reject_far_angles(simulation->model, to, error);
+    const kt_status status = check_given_state(simulation, to, to + nq, error);
     return status == KT_OK ? kt_simulation_project(simulation, t, to, &changed, error) : status;
 }
 

@@ -119,7 +119,7 @@ KT_TEST(breakpoints_without_end_are_no_progress) {
 }
 
 /* An angle of 1e300 rad has no digit left for the position of a body. */
-KT_TEST(jump_to_an_angle_without_digits_is_rejected) {
+KT_TEST(angles_without_digits_are_rejected) {
     stopping none = {.at = -1};
     kt_model *model = two_pendulums(&none, false);
     kt_simulation *s = start(model, "rk4", NULL);
@@ -129,6 +129,10 @@ KT_TEST(jump_to_an_angle_without_digits_is_rejected) {
     kt_check_contains("where", e.where, "'b'");
     kt_check_near("unchanged", kt_simulation_positions(s)[1], 0.4, 0.0);
     (void)kt_fine("1e9 rad", kt_simulation_jump(s, fine, NULL, &e), &e);
+    kt_check_equal_int("a start there", kt_simulation_set_state(s, 0.0, far, NULL, &e), KT_ERROR_ARGUMENT);
+    kt_check_contains("where", e.where, "'b'");
+    kt_check_near("still unchanged", kt_simulation_positions(s)[1], 1e9, 0.0);
+    (void)kt_fine("a start at 1e9 rad", kt_simulation_set_state(s, 0.0, fine, NULL, &e), &e);
     kt_simulation_free(s);
     kt_model_free(model);
 }
