@@ -69,6 +69,29 @@ def check_intervals(folder, rng):
     claim("extremes_of_the_summary_are_amplitudes", [] if far < 0.01 else [f"{far}"])
 
 
+def check_turns(folder, rng):
+    """A body that turns evenly, on a cart or not, with a marker beside its axis and one on it."""
+    problems = []
+    for _ in range(CASES):
+        per_record, rides = rng.choice([10 ** rng.uniform(-1.3, -0.5), 10 ** rng.uniform(-0.1, 0.7)]), rng.random() < 0.5
+        rate, radius, interval = 10 ** rng.uniform(-1, 4), 10 ** rng.uniform(-3, 1), None
+        joint = {"type": "revolute", "axis": "z", "velocity": rate}
+        bodies = [{"name": "cart", "joint": {"type": "prismatic", "axis": "x", "velocity": 0.01 * rate * radius}, "mass": 1}] if rides else []
+        bodies += [{"name": "wheel", **({"parent": "cart"} if rides else {}), "joint": joint, "mass": 1, "inertia": [1, 1, 1],
+                    "markers": {"rim": [0, radius, 0], "hub": [0, 0, rng.uniform(0, 1)]}}]
+        scene = {"kinetree": 1, "bodies": bodies, "simulate": {"duration": per_record * 1000 * 2 * math.pi / rate},
+                 "output": {"record": ["position"], "markers": ["wheel.rim", "wheel.hub"]}}
+        summary, words = run(folder, scene)
+        records = summary["time"] / (sum(1 for _ in open(pathlib.Path(folder) / "out.csv")) - 2)
+        turns = records * rate / (2 * math.pi)
+        found = [one for one in summary["warnings"] if one["code"] == "aliased_records"]
+        if bool(found) != (turns > 0.5):
+            problems.append(f"{turns:.3g} turns a record: {codes(summary)}")
+        elif found and not ("marker.wheel.rim." in found[0]["what"] and abs(found[0]["value"] / turns - 1) < 0.05):
+            problems.append(f"{turns:.3g} turns a record, but {found[0]['value']:.3g}: {found[0]['what'][:120]}")
+    claim("markers_that_go_round_between_records_are_reported", problems[:3])
+
+
 def check_stroboscope(folder, rng):
     """Records that the user places at turning points, or at any phase, whole periods apart."""
     problems = []
@@ -150,6 +173,6 @@ def check_still(folder, rng):
 
 
 with tempfile.TemporaryDirectory() as folder:
-    for check in (check_intervals, check_stroboscope, check_small, check_still):
+    for check in (check_intervals, check_turns, check_stroboscope, check_small, check_still):
         check(folder, random.Random(78))
 finish()

@@ -1,10 +1,13 @@
 /* Warns if records fall too far apart for the motion: a picture of them shows a slow, false motion (aliasing).
  *
  * The default interval does not depend on the motion, so that a fast oscillation may pass whole periods between two
- * records. The ends of adaptive steps resolve every motion. The path of a column over them is compared with its path
- * over the records (records/extremes.h). */
+ * records. The ends of adaptive steps resolve every motion of coordinates. The path of a column over them is compared
+ * with its path over the records (records/extremes.h). A steady turn changes its coordinate evenly and needs few steps,
+ * while markers go round: their velocities at the records show it. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "subcommands/run.h"
+
+#include "kinetree/dynamics.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -43,7 +46,24 @@ static double range_of_axis(const kt_outcome *outcome, size_t i) {
 double kt_periods_between(const kt_outcome *outcome, size_t column) {
     const kt_extreme *e = &outcome->extremes.column[column];
     const double intervals = (double)(outcome->so_far.records - 1);
-    return e->path / (2.0 * range_of(outcome, column) * intervals);
+    const double path = kt_extreme_is_turned(e, noise_of(outcome, column)) ? fmax(e->path, e->travel) : e->path;
+    return path / (2.0 * range_of(outcome, column) * intervals);
+}
+
+void kt_watch_turns(kt_outcome *outcome, const kt_record *record) {
+    const kt_columns *columns = outcome->columns;
+    kt_extreme *column = outcome->extremes.column;
+    for (size_t i = 0; columns != NULL && i + 2 < outcome->extremes.count; i++) {
+        const kt_column *c = &columns->columns[i];
+        if (c->source != KT_COLUMN_MARKER || c->component != 0)
+            continue;
+        const kt_vec3 at = kt_marker_at(record->model, c->index, c->marker);
+        const kt_vec3 v = kt_point_velocity(record->model, record->data, c->index, at);
+        const double turns = kt_vec3_norm(kt_body_twist(record->model, record->data, c->index).angular);
+        kt_extreme_add_rates(&column[i], record->t, v.x, turns);
+        kt_extreme_add_rates(&column[i + 1], record->t, v.y, turns);
+        kt_extreme_add_rates(&column[i + 2], record->t, v.z, turns);
+    }
 }
 
 /* Returns the aliased column with the most periods, among the coordinates or among all others. */
@@ -52,7 +72,8 @@ static size_t find_aliased_among(const kt_outcome *outcome, bool states) {
     size_t found = extremes->count;
     for (size_t i = 0; i < extremes->count; i++)
         if (kt_column_is_state(outcome->columns->columns[i].source) == states && is_compared(outcome, i) &&
-            kt_extreme_is_aliased(&extremes->column[i], noise_of(outcome, i)) &&
+            (kt_extreme_is_aliased(&extremes->column[i], noise_of(outcome, i)) ||
+             kt_extreme_is_turned(&extremes->column[i], noise_of(outcome, i))) &&
             range_of(outcome, i) > 1e-3 * range_of_axis(outcome, i) &&
             (found == extremes->count || kt_periods_between(outcome, i) > 1.01 * kt_periods_between(outcome, found)))
             found = i;

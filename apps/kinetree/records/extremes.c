@@ -16,7 +16,8 @@ bool kt_extremes_start(kt_extremes *extremes, size_t count) {
                              .gap_time = nan,
                              .record = nan,
                              .pending = nan,
-                             .pending_time = nan};
+                             .pending_time = nan,
+                             .rate_time = nan};
     extremes->column = malloc((count + 1) * sizeof *extremes->column);
     extremes->count = extremes->column != NULL ? count : 0;
     for (size_t i = 0; i < extremes->count; i++)
@@ -83,9 +84,31 @@ void kt_extreme_add(kt_extreme *e, double time, double value, bool is_gap) {
     e->record = e->low = e->high = value;
 }
 
-bool kt_extreme_is_aliased(const kt_extreme *e, double noise) {
+/* Returns whether a path is much longer than the path that the records show. */
+static bool is_path_hidden(const kt_extreme *e, double path, double noise) {
     const double range = e->greatest - e->least;
-    return range > noise && e->path > 1.5 * e->shown && e->path - e->shown > 10.0 * range && e->between > 0.05 * range;
+    return range > noise && path > 1.5 * e->shown && path - e->shown > 10.0 * range;
+}
+
+bool kt_extreme_is_aliased(const kt_extreme *e, double noise) {
+    return is_path_hidden(e, e->path, noise) && e->between > 0.05 * (e->greatest - e->least);
+}
+
+void kt_extreme_add_rates(kt_extreme *e, double time, double velocity, double turn_rate) {
+    const double speed = fabs(velocity);
+    if (!isnan(e->rate_time)) {
+        e->travel += 0.5 * (time - e->rate_time) * (e->speed + speed);
+        e->turned += 0.5 * (time - e->rate_time) * (e->turn_rate + turn_rate);
+        e->spans++;
+    }
+    e->speed = speed;
+    e->turn_rate = turn_rate;
+    e->rate_time = time;
+}
+
+bool kt_extreme_is_turned(const kt_extreme *e, double noise) {
+    static const double half_turn = 3.14159265358979323846;
+    return e->turned > half_turn * e->spans && is_path_hidden(e, e->travel, noise);
 }
 
 void kt_extremes_add(kt_extremes *extremes, double time, const double *values) {

@@ -25,6 +25,12 @@ typedef struct kt_extreme {
     double between;           /* largest (high - low) - |change of the records| between two records */
     double pending,
         pending_time; /* the end of the latest step, which comes after records within that step; NaN: none */
+
+    /* Of a coordinate of a marker: integrals of rates over time, and the latest rates; rate_time is NaN before. A steady
+     * turn needs so few steps that their ends do not show it either. */
+    double travel, turned;              /* m: of |velocity|; rad: of the body's angular velocity */
+    double spans;                       /* how many times between two records these cover */
+    double speed, turn_rate, rate_time; /* m/s, rad/s, s */
 } kt_extreme;
 
 typedef struct kt_extremes {
@@ -42,6 +48,14 @@ void kt_extreme_add(kt_extreme *e, double time, double value, bool is_gap);
 
 /* Adds the value at the end of a step, in the order of time. Records within the step may follow. */
 void kt_extreme_step(kt_extreme *e, double time, double value);
+
+/* Adds the rates of a marker's coordinate at a record: its velocity, m/s, and the size of the angular velocity of its
+ * body, rad/s. */
+void kt_extreme_add_rates(kt_extreme *e, double time, double velocity, double turn_rate);
+
+/* Returns whether a body turns by more than half a turn between two records, on average, and its marker travels more
+ * than half as far again as the records show. The other conditions are those below. */
+bool kt_extreme_is_turned(const kt_extreme *e, double noise);
 
 /* Returns whether the path of a column between its records is more than half as long again as the path that the records
  * show. For a sine, this is so with less than about 2.1 records a period. Two further conditions exclude harmless

@@ -60,6 +60,7 @@ int kt_take_record(const kt_record *record, void *user) {
     kt_results *results = sinks->results;
     const double *values = kt_columns_evaluate(&results->columns, record);
     kt_extremes_add(&sinks->outcome->extremes, record->t, values);
+    kt_watch_turns(sinks->outcome, record);
     results->kept++;
     if (kt_csv_write(&results->csv, values) != 0 ||
         kt_keep_rows(&results->keep, values, 1, results->columns.count) != 0 ||

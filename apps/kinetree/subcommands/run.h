@@ -328,6 +328,8 @@ bool kt_is_held(const kt_outcome *outcome);
 /* If the motion varies more between records than they show, the column with the largest part of it; extremes.count:
  * there is none. kt_periods_between returns how often a column goes through its range and back between two records. */
 size_t kt_find_aliased(const kt_outcome *outcome);
+/* Adds the velocities of markers at a record to what this needs. */
+void kt_watch_turns(kt_outcome *outcome, const kt_record *record);
 double kt_periods_between(const kt_outcome *outcome, size_t column);
 /* Warns of this if the program chose the interval. Intervals that the user has chosen are meant, and the report alone
  * states the number. */
