@@ -163,7 +163,7 @@ void kt_picture_imply_solids(kt_picture_maker *m) {
     const kt_picture *p = m->picture;
     for (int body = 1; body < p->body_count; body++)
         imply_mass(m, body);
-    kt_picture_lay_discs(m);
+    kt_picture_part_masses(m);
     for (int body = 1; body < p->body_count; body++) {
         if (is_pivot(kt_picture_source(m, body)->joint.type))
             attach_point(m, body, kt_vec3_make(0.0, 0.0, 0.0));

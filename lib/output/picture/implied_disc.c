@@ -2,7 +2,10 @@
  * are known. Balls at that point would be one ball. They are discs side by side along the axis instead, as on a shaft:
  * the body of the largest inertia has the largest disc, and the smallest disc is nearest to the viewer of the plane.
  *
- * In a plane the viewer looks along the axis, so that balls at several points of the axis hide one another, too. */
+ * In a plane the viewer looks along the axis, so that balls at several points of the axis hide one another, too.
+ *
+ * The blocks of bodies that slide along one line from one point would be one block. They are nested instead, as the
+ * tubes of a telescope: each next one is longer and thinner. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "picture/maker.h"
 
@@ -84,7 +87,42 @@ static bool is_coaxial(const kt_picture *p, const coaxial_sphere *a, const coaxi
     return kt_vec3_norm(apart) < 0.5 * radius && kt_vec3_norm(kt_vec3_cross(a->axis, b->axis)) < 1e-6;
 }
 
-void kt_picture_lay_discs(kt_picture_maker *m) {
+/* Returns whether two solids are blocks of sliding bodies at one point of one line. */
+static bool are_nested(const kt_picture_maker *m, const kt_solid *a, const kt_solid *b) {
+    if (a->source != KT_SOURCE_IMPLIED || b->source != KT_SOURCE_IMPLIED || a->type != KT_SOLID_BOX ||
+        b->type != KT_SOLID_BOX)
+        return false;
+    const kt_pose one = kt_pose_compose(m->poses[a->body], a->pose),
+                  other = kt_pose_compose(m->poses[b->body], b->pose);
+    const kt_vec3 z = kt_vec3_make(0.0, 0.0, 1.0);
+    const kt_vec3 across = kt_vec3_cross(kt_mat3_apply(one.rotation, z), kt_mat3_apply(other.rotation, z));
+    return kt_vec3_norm(kt_vec3_sub(one.position, other.position)) < 0.5 * a->half.x && kt_vec3_norm(across) < 1e-6;
+}
+
+/* Makes the k-th of n blocks longer and thinner than those before it. */
+static void nest_block(kt_solid *block, int k, int n) {
+    const double thin = 1.0 - 0.7 * k / n, along = 1.0 + fmin(0.35, 4.0 / n) * k;
+    block->half = kt_vec3_make(thin * block->half.x, thin * block->half.y, along * block->half.z);
+}
+
+static void nest_blocks(kt_picture_maker *m) {
+    kt_solid *all = m->picture->solids, *group[COAXIAL_MOST];
+    const int count = m->picture->solid_count;
+    for (int i = 0; i < count; i++) {
+        bool is_first = true;
+        int n = 0;
+        for (int k = 0; k < i && is_first; k++)
+            is_first = !are_nested(m, &all[k], &all[i]);
+        for (int k = i; k < count && is_first && n < COAXIAL_MOST; k++)
+            if (are_nested(m, &all[i], &all[k]))
+                group[n++] = &all[k];
+        for (int k = 1; k < n; k++)
+            nest_block(group[k], k, n);
+    }
+}
+
+void kt_picture_part_masses(kt_picture_maker *m) {
+    nest_blocks(m);
     coaxial_sphere spheres[COAXIAL_MOST + 1], *group[COAXIAL_MOST];
     int count = 0;
     for (int i = 0; i < m->picture->solid_count && count <= COAXIAL_MOST; i++)

@@ -46,8 +46,8 @@ bool kt_picture_has_own(const kt_picture_maker *m, int body);
 kt_bounds kt_picture_measure(kt_picture_maker *m, double *lengths);
 void kt_picture_list_planes(kt_picture_maker *m, kt_bounds bounds);
 
-/* implied_disc.c: balls of masses at one point of one axis become discs along the axis. */
-void kt_picture_lay_discs(kt_picture_maker *m);
+/* implied_disc.c: parts the masses at one point of one axis: balls become discs along the axis, blocks are nested. */
+void kt_picture_part_masses(kt_picture_maker *m);
 
 /* implied.c: solids that the scene leaves out. */
 void kt_picture_imply_solids(kt_picture_maker *m);

@@ -88,6 +88,28 @@ KT_TEST(bodies_without_shape_on_one_axis_are_discs_side_by_side) {
     }
 }
 
+/* Carts on one guide, the last one reversed, and a telescope on a guide across. A later block of one point sticks out of
+ * the blocks before it. The cart elsewhere is as large as the first one. */
+KT_TEST(sliders_without_shape_at_one_point_are_nested) {
+    static const char text[] = "kinetree: 1\nbodies:\n"
+                               "  - {name: a, joint: {type: prismatic, axis: x}, mass: 1}\n"
+                               "  - {name: b, joint: {type: prismatic, axis: x}, mass: 1}\n"
+                               "  - {name: t, joint: {type: prismatic, axis: y}, mass: 1}\n"
+                               "  - {name: c, joint: {type: prismatic, axis: [-1, 0, 0]}, mass: 1}\n"
+                               "  - {name: d, joint: {type: prismatic, axis: x, at: [5, 0, 0]}, mass: 1}\n"
+                               "  - {name: u, parent: t, joint: {type: prismatic, axis: y}, mass: 1}\n";
+    static const int nested[][2] = {{1, 2}, {2, 4}, {3, 6}};
+    const shown s = show_text(text);
+    for (int k = 0; k < 3; k++) {
+        const kt_vec3 outer = implied_solid_of(s.picture, nested[k][0])->half;
+        const kt_vec3 inner = implied_solid_of(s.picture, nested[k][1])->half;
+        kt_check_below("thinner", inner.x, 0.9 * outer.x);
+        kt_check_below("thinner across", inner.y, 0.9 * outer.y);
+        kt_check_below("longer", 1.1 * outer.z, inner.z);
+    }
+    kt_check_near("alone", implied_solid_of(s.picture, 5)->half.z, implied_solid_of(s.picture, 1)->half.z, 0.0);
+}
+
 /* Whether a rod without a radius of its own joins two points of the world, either way round. */
 static bool has_rod(const shown *s, kt_vec3 a, kt_vec3 b) {
     bool found = false;
