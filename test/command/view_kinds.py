@@ -261,6 +261,41 @@ def check_axes(page, folder):
     claim("axes_of_the_world_are_not_cut_off", faults)
 
 
+# Pairs of texts in the chart that cover each other, without the names of events, which are upright.
+COVERED = """(() => {
+    const page = window.kinetree, boxes = [], context = CanvasRenderingContext2D.prototype, write = context.fillText;
+    context.fillText = function (text, x, y) {
+        const width = this.measureText(text).width, left = x - {left: 0, center: 0.5, right: 1}[this.textAlign] * width;
+        if (this.getTransform().b === 0)
+            boxes.push({text, left, right: left + width, top: y - 5, bottom: y + 5});
+        return write.apply(this, arguments);
+    };
+    page.chart.paint(page.chart.theme);
+    context.fillText = write;
+    const cover = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+    return {texts: boxes.length, pairs: boxes.flatMap((a, i) => boxes.slice(i + 1).filter((b) => cover(a, b)).map((b) => `${a.text} | ${b.text}`))};
+})()"""
+STILL = """kinetree: 1
+bodies:
+  - {name: turns, joint: {type: revolute, axis: z}, mass: 1, inertia: [1, 1, 1]}
+  - {name: slides, joint: {type: prismatic, axis: x}, mass: 1}
+simulate: {duration: 1}
+"""
+
+
+def check_chart(page, folder):
+    """Charts of four units: numbers of all lengths, and units, do not cover each other."""
+    faults, texts = [], 0
+    for k, size in enumerate((0, 3e-9, 0.02, 7, 1234.5)):
+        text = STILL.replace("axis: z}", f"axis: z, velocity: {size}}}").replace("axis: x}", f"axis: x, velocity: {7 * size}, position: {size * 1e3}}}")
+        faults += trouble(page, folder, f"still-{k}.yaml", text)
+        found = page.evaluate(COVERED)
+        texts += found["texts"]
+        faults += [f"{size}: {pair}" for pair in found["pairs"]]
+    note(f"{texts} texts in five charts")
+    claim("texts_of_a_chart_do_not_cover_each_other", faults + ([] if texts > 50 else ["too few texts"]))
+
+
 def main():
     if browser.find() is None:
         skip("command/view_kinds", "Chromium is not on this machine")
@@ -272,6 +307,7 @@ def main():
             check_random(page, folder)
             check_robots(page, folder)
             check_axes(page, folder)
+            check_chart(page, folder)
     finally:
         page.close()
     finish()

@@ -132,11 +132,17 @@ class Chart {
         context.textAlign = "right";
         const rows = ticks(low, high, Math.max(2, Math.floor((bottom - top) / 28)));
         const {texts, offset} = label_ticks(rows);
+        const unit_end = 4 + context.measureText(unit).width;
+        let below = Infinity;
         rows.forEach((v, k) => {
             context.strokeStyle = css(theme.faint);
             stroke(context, [[left, y(v)], [width - right, y(v)]]);
             context.fillStyle = css(theme.quiet);
-            context.fillText(texts[k], left - 6, y(v));
+            const at = clamp(y(v), top + 5, bottom - 5); /* panels are close to each other */
+            if (below - at < 11 || (at < top + 21 && left - 6 - context.measureText(texts[k]).width < unit_end + 4))
+                return; /* another number or the unit is there */
+            context.fillText(texts[k], left - 6, at);
+            below = at;
         });
         context.textAlign = "center";
         for (const t of ticks(t0, t1, Math.max(2, Math.floor((width - left - right) / 90)))) {
