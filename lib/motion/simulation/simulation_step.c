@@ -251,8 +251,7 @@ static kt_status reject_far_angles(const kt_model *model, const double *q, kt_er
 }
 
 /* Checks a state that the caller gives. */
-static kt_status check_given_state(const kt_simulation *simulation, const double *q, const double *v,
-                                   kt_error *error) {
+static kt_status check_given_state(const kt_simulation *simulation, const double *q, const double *v, kt_error *error) {
     const kt_input input = {.q = q, .v = v};
     const kt_status status = kt_input_check(simulation->model, &input, error);
     return status == KT_OK ? reject_far_angles(simulation->model, q, error) : status;
