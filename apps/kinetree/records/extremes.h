@@ -20,14 +20,13 @@ typedef struct kt_extreme {
     double gaps, gap_time;      /* how many records have no finite value; s, the first of them */
 
     /* The motion between records. The path is the sum of |changes| from point to point. */
-    double path, shown;       /* over records and ends of steps; over records alone */
-    double low, high, record; /* since the latest record; the value at this record, NaN: a gap or none */
-    double between;           /* largest (high - low) - |change of the records| between two records */
-    double pending,
-        pending_time; /* the end of the latest step, which comes after records within that step; NaN: none */
+    double path, shown;           /* over records and ends of steps; over records alone */
+    double low, high, record;     /* since the latest record; the value at this record, NaN: a gap or none */
+    double between;               /* largest (high - low) - |change of the records| between two records */
+    double pending, pending_time; /* the end of the latest step, after the records within that step; NaN: none */
 
-    /* Of a coordinate of a marker: integrals of rates over time, and the latest rates; rate_time is NaN before. A steady
-     * turn needs so few steps that their ends do not show it either. */
+    /* Of a coordinate of a marker: integrals of rates over time, and the latest rates; rate_time is NaN before. A
+     * steady turn needs so few steps that their ends do not show it either. */
     double travel, turned;              /* m: of |velocity|; rad: of the body's angular velocity */
     double spans;                       /* how many times between two records these cover */
     double speed, turn_rate, rate_time; /* m/s, rad/s, s */

@@ -88,8 +88,8 @@ KT_TEST(bodies_without_shape_on_one_axis_are_discs_side_by_side) {
     }
 }
 
-/* Carts on one guide, the last one reversed, and a telescope on a guide across. A later block of one point sticks out of
- * the blocks before it. The cart elsewhere is as large as the first one. */
+/* Carts on one guide, the last one reversed, and a telescope on a guide across. A later block of one point sticks out
+ * of the blocks before it. The cart elsewhere is as large as the first one. */
 KT_TEST(sliders_without_shape_at_one_point_are_nested) {
     static const char text[] = "kinetree: 1\nbodies:\n"
                                "  - {name: a, joint: {type: prismatic, axis: x}, mass: 1}\n"
