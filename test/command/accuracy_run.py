@@ -5,7 +5,7 @@ accuracy_run.py [--all] COMMAND SCENES
 The test has a reference and a norm of its own. The reference is a run in absolute coordinates, or with another plan, at
 the tightest tolerance that works. An error of `run` is the largest distance from it at the records of the study. With
 each method, printed errors must agree within 1 %, or within the uncertainty of both references. The quick test takes a
-sample of scenes and methods; --all takes 40 scenes, all methods and the recommendations.
+sample of scenes and methods; --all takes 46 scenes, all methods and the recommendations.
 
 Three scenes have hard contacts. Their errors are those outside of windows about the events of the reference. The test
 takes the events from the summary of its own reference.

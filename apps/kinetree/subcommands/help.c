@@ -48,11 +48,12 @@ static const kt_overview overview = {
                 "  kinetree accuracy pendulum.yaml        find the cheapest method for an accuracy\n"
                 "  kinetree info robot.yaml               draw its tree\n"
                 "  kinetree make chain --links 100 | kinetree run - --duration 1\n",
-    .exit_status = "  0  done\n"
-                   "  1  the command line is wrong\n"
-                   "  2  the scene is wrong, or it or another input file cannot be read\n"
-                   "  3  the scene could not be assembled, or its constraints contradict each other\n"
-                   "  4  the integration failed, or its results could not be written; earlier records are kept\n",
+    .exit_status = "  0    done\n"
+                   "  1    the command line is wrong\n"
+                   "  2    the scene is wrong, or it or another input file cannot be read\n"
+                   "  3    the scene could not be assembled, or its constraints contradict each other\n"
+                   "  4    the integration failed, or its results could not be written; earlier records are kept\n"
+                   "  130  ended by Ctrl-C\n",
     .subcommands = subcommands,
     .count = SUBCOMMAND_COUNT,
 };
