@@ -1,4 +1,4 @@
-/* The certificate of hard contacts: each record, and each step behind a decision, satisfies the law.
+/* The certificate of hard contacts: each record of a run, and each step behind a decision, satisfies the law.
  *
  *   signs         a closed contact pushes, N >= 0
  *   cones         |T| <= mu N of a contact that sticks, and |tau| <= S of a dry joint that sticks
@@ -12,7 +12,8 @@
  * disobeys its limit on purpose, and the run counts it.
  *
  * Newton's law is tested with inverse dynamics, which use neither the mass matrix, nor W, nor the factors of the
- * equations. The wrenches of loops and contacts are those of the record. Cost: O(n). */
+ * equations. The wrenches of loops and contacts are those of the record, or of an evaluation in its state if it has no
+ * reactions. Cost: O(n). */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "base/where.h"
@@ -24,6 +25,7 @@
 #include "kinetree/algebra.h"
 #include "kinetree/mechanism.h"
 #include "model/switching.h"
+#include "reduction/kernel.h"
 
 #include <float.h>
 #include <math.h>
@@ -33,6 +35,8 @@
 static const double wrong = 1e-6;
 /* Newton's law is violated if its residual exceeds this part of its terms. */
 static const double balanced = 1e-9;
+/* An open contact touches up to this part of its unit, which is rounding of its gap. */
+static const double touching = 64.0 * DBL_EPSILON;
 
 /* ---- signs and cones --------------------------------------------------------------------------------------------- */
 
@@ -95,14 +99,18 @@ static kt_status check_reserves(const kt_simulation *simulation, double t, kt_er
     return KT_OK;
 }
 
+bool kt_contacts_have_reserves(const kt_simulation *simulation, double t) {
+    kt_error made = {0};
+    return check_reserves(simulation, t, &made) == KT_OK;
+}
+
 /* ---- open contacts ----------------------------------------------------------------------------------------------- */
 
 /* Whether the contact touches and does not part, up to rounding. */
 static bool is_touching(const kt_simulation *simulation, int k) {
-    static const double roundings = 64.0 * DBL_EPSILON;
     const struct kt_contacts *c = simulation->contacts;
     const double *v = simulation->y + simulation->size.nq, T = simulation->memory.own_time, unit = c->item[k].unit;
-    return c->gap[k] <= roundings * unit &&
+    return c->gap[k] <= touching * unit &&
            kt_contacts_rate(c, k, 0, v) <= (T > 0.0 ? kt_contact_rounding * unit / T : 0.0);
 }
 
@@ -202,7 +210,8 @@ static kt_status compare_newton(const kt_simulation *simulation, double t, const
     return KT_OK;
 }
 
-/* Newton's law: M a + h - tau - J'lambda = 0 up to a part of the sum of the sizes of its terms. */
+/* Newton's law: M a + h - tau - J'lambda = 0 up to a part of the sum of the sizes of its terms. Requires the equations
+ * of check_open. */
 static kt_status check_newton(const kt_simulation *simulation, double t, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const kt_model *model = simulation->model;
@@ -212,9 +221,7 @@ static kt_status check_newton(const kt_simulation *simulation, double t, kt_erro
     kt_effects_recall(model, simulation->data, &at);
     const kt_wrench *external = model->n.group > 0 ? simulation->data->loaded : at.external;
     const double *tau = model->n.loaded > 0 ? simulation->data->load_tau : at.tau != NULL ? at.tau : model->zero;
-    kt_status status = kt_loop_entries(c->all, c->data, &at, c->jacobian, NULL, NULL, NULL, error);
-    if (status == KT_OK)
-        status = invert(simulation, &at, NULL, NULL, size, error);
+    kt_status status = invert(simulation, &at, NULL, NULL, size, error);
     if (status == KT_OK)
         status = invert(simulation, &at, simulation->a, NULL, whole, error);
     if (status == KT_OK)
@@ -227,6 +234,26 @@ static kt_status check_newton(const kt_simulation *simulation, double t, kt_erro
     }
     add_loops(simulation, left, size);
     return compare_newton(simulation, t, left, size, error);
+}
+
+/* Without closed contacts, gaps alone are computed, which takes poses. A contact that penetrates counts as acting. */
+bool kt_contacts_may_act(const kt_simulation *simulation, double t) {
+    struct kt_contacts *c = simulation->contacts;
+    const double *q = simulation->y;
+    bool acts = false;
+    for (int k = 0; k < c->n && !acts; k++)
+        acts = kt_contact_is_closed(simulation->model, &c->item[k]);
+    if (acts || c->sides == 0)
+        return acts;
+    kt_contacts_take_all(c, simulation->model);
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(c->all);
+    kernels->pose(c->all, c->data, q);
+    for (int k = 0; k < c->sides && !acts; k++) {
+        const kt_contact *contact = &c->item[k];
+        const double residual = kernels->first_row(c->all, c->data, (size_t)contact->loop, t, q, NULL).residual;
+        acts = !kt_contact_is_released(contact) && !(contact->sign * residual > touching * contact->unit);
+    }
+    return acts;
 }
 
 kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt_error *error) {

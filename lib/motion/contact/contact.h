@@ -427,6 +427,10 @@ KT_CHECKED kt_status kt_contacts_spare_held(kt_simulation *simulation, const kt_
  * since their motion is prescribed. */
 KT_CHECKED kt_status kt_contacts_check_rates(kt_simulation *simulation, double t, const double *v, double approach,
                                              kt_status status, kt_error *error);
+/* Whether contacts may have forces in the state of a record at t: some are closed, or touch (certificate.c). */
+bool kt_contacts_may_act(const kt_simulation *simulation, double t);
+/* Whether the multipliers of a record at t obey signs and cones. */
+bool kt_contacts_have_reserves(const kt_simulation *simulation, double t);
 /* Checks the forces of a record at t, and Newton's law (phase `check_record`, certificate.c). */
 KT_CHECKED kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt_error *error);
 /* Checks the forces with which a step begins behind a decision, when the step is accepted. An error undoes the step. */

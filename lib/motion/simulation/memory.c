@@ -191,7 +191,8 @@ static const kt_newton *newton_of(const kt_model *model, const kt_simulation_req
 
 static void measure_simulation(const kt_model *model, const kt_simulation_request *settings,
                                kt_simulation_sizes *size) {
-    const bool reacts = (settings->record & KT_RECORD_REACTIONS) != 0;
+    const size_t contacts = kt_contacts_of(model);
+    const bool reacts = (settings->record & KT_RECORD_REACTIONS) != 0 || contacts > 0; /* contacts are checked */
     size->nq = (size_t)kt_model_nq(model);
     size->nv = (size_t)kt_model_nv(model);
     const size_t x = model->n.x, all = size->nq + size->nv + x;
@@ -204,7 +205,6 @@ static void measure_simulation(const kt_model *model, const kt_simulation_reques
     size->body = (size_t)kt_model_body_count(model);
     size->gap = kt_gap_list(model, NULL);
     size->event = settings->options.events > 0 ? (size_t)settings->options.events : 0;
-    const size_t contacts = kt_contacts_of(model);
     size->event += contacts;
     size->contacts = contacts;
     size->contact = kt_contacts_size(model, contacts);

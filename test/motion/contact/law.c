@@ -293,3 +293,47 @@ KT_TEST(random_scenes_run_to_their_end) {
         }
     }
 }
+
+/* A pulse of a force or of a motion at 0.137 s, between the stages of rk4 with steps of 0.1 s, which these steps cannot
+ * see. The record within the pulse violates the law: 100 N lift a block of 9.81 N, or push it beyond its
+ * friction, or a drive moves it 0.04 m into the floor. Then the run ends with the place, whatever is recorded. */
+#define PULSE_BLOCK(position, axis)                                                                                    \
+    "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n  - {name: block, mass: 1, inertia: [1, 1, 1], joint: {type: " axis \
+    ", position: " position "}, markers: {foot: [0, 0, 0]}}\neffects:\n  - {name: floor, type: contact, point: "       \
+    "block.foot, radius: 0, plane: world, axis: z, restitution: 0, friction: 0.5}\n"
+static const char *const violations[][3] = {
+    {"a force lifts", "pulls",
+     PULSE_BLOCK("0", "prismatic, axis: z") "  - {type: expression, joint: block, force: "
+                                            "\"100*exp(-((t-0.137)/0.002)^2)\"}\n"},
+    {"a force pushes aside", "exceeds its friction",
+     PULSE_BLOCK("{}", "free") "  - {type: force, at: block.foot, value: [\"100*exp(-((t-0.137)/0.002)^2)\", 0, 0]}\n"},
+    {"a drive penetrates", "open at a gap of -0.04",
+     PULSE_BLOCK("0.01", "prismatic, axis: z") "loops:\n  - {name: drive, type: motion, joint: block, position: "
+                                               "\"0.01 - 0.05*exp(-((t-0.137)/0.002)^2)\"}\n"},
+};
+
+static int count_records(const kt_record *record, void *user) {
+    (void)record;
+    ++*(int *)user;
+    return 0;
+}
+
+KT_TEST(records_without_reactions_are_checked) {
+    for (size_t i = 0; i < sizeof violations / sizeof *violations; i++) {
+        kt_parsed m;
+        kt_error error = {0};
+        int records = 0;
+        kt_note("%s", violations[i][0]);
+        kt_parsed_make(&m, violations[i][2]);
+        kt_simulation_options options = kt_simulation_options_default();
+        kt_run run = kt_run_fixed("rk4", 0.1, 0.411);
+        run.interval = 0.137;
+        options.record = KT_RECORD_POSITION;
+        kt_simulation *simulation = kt_test_simulation(m.model, &run, &options);
+        const kt_status status = kt_simulation_run(simulation, count_records, &records, &error);
+        kt_check_equal_int("status", status, KT_ERROR_STEP);
+        kt_check_equal_int("records before the violation", records, 1);
+        kt_check_contains("message", error.message, violations[i][1]);
+        kt_check_contains("place", error.where, "t = 0.137");
+    }
+}
