@@ -31,7 +31,7 @@ const kt_usage kt_usage_import = {
     .about = "Reads a robot in URDF, MJCF (the XML of MuJoCo) or SDF (that of Gazebo), and writes it as a scene.\n"
              "Loops, effects and settings can be added to this scene.\n"
              "Every subcommand that reads a SCENE also takes such a file itself, except sweep and export --fmu.\n"
-             "These subcommands have all options of import except --out.\n"
+             "The subcommands that take it have all options of import except --out.\n"
              "A body has the name of its link, and a joint keeps its name.\n"
              "Omissions are reported on standard error, each kind once, with the number and the first place.\n"
              "Omissions that change the motion are warnings.\n"
