@@ -250,29 +250,36 @@ KT_INLINE void kt_planar_wrench_set(const kt_planar_link *link, kt_real1 omega, 
     kt_store2(m->force, kt_scale2(-(omega * omega), first));
 }
 
-/* Forward pass: poses, velocities and bias wrenches, and zeros for the sums over children. */
-KT_INLINE void kt_planar_articulated_motion(const kt_model *model, kt_data *data, const kt_plane *plane,
-                                            const kt_real1 *q, const kt_real1 *v) {
+/* Forward pass of all planes: poses, velocities and bias wrenches, and zeros for the sums over children. external: NULL
+ * for none. */
+KT_INLINE void kt_planar_articulated_motion(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
+                                            const kt_external *external) {
     const kt_real1 *cosine = data->planar_cosine, *sine = data->planar_sine;
-    const kt_planar_link *link = &model->planar[plane->first], *last = &model->planar[plane->last];
-    kt_planar_motion *motion = data->planar, *m = &motion[plane->first];
-    kt_real2 e = kt_make2(kt_real1_splat(1.0), kt_real1_splat(0.0));
-    kt_real1 omega = kt_real1_splat(0.0);
+    kt_planar_motion *motion = data->planar;
     const bool far = model->exceeds_caches;
-    kt_planar_ground_set(plane->gravity, &motion[0]);
-    for (; link < last; link++, m++) {
-        if (far)
-            kt_planar_fetch(link, m, NULL, kt_planar_ahead(link, last));
-        if (!link->follows) {
-            e = kt_load2(motion[link->parent].rotation);
-            omega = motion[link->parent].omega;
+    kt_planar_gather(model, data, q);
+    for (const kt_plane *plane = model->plane; plane < model->plane + model->n.plane; plane++) {
+        const kt_planar_link *link = &model->planar[plane->first], *last = &model->planar[plane->last];
+        kt_planar_motion *m = &motion[plane->first];
+        kt_real2 e = kt_make2(kt_real1_splat(1.0), kt_real1_splat(0.0));
+        kt_real1 omega = kt_real1_splat(0.0);
+        kt_planar_ground_set(plane->gravity, &motion[0]);
+        for (; link < last; link++, m++) {
+            if (far)
+                kt_planar_fetch(link, m, NULL, kt_planar_ahead(link, last));
+            if (!link->follows) {
+                e = kt_load2(motion[link->parent].rotation);
+                omega = motion[link->parent].omega;
+            }
+            e = kt_planar_pose(link, e, q, cosine, sine, m);
+            omega = kt_planar_velocity(link, omega, v, m);
+            kt_planar_wrench_set(link, omega, m);
+            if (link->branches)
+                data->planar_inertia[link - model->planar] = (kt_planar_inertia){.j = kt_real1_splat(0.0)};
         }
-        e = kt_planar_pose(link, e, q, cosine, sine, m);
-        omega = kt_planar_velocity(link, omega, v, m);
-        kt_planar_wrench_set(link, omega, m);
-        if (link->branches)
-            data->planar_inertia[link - model->planar] = (kt_planar_inertia){.j = kt_real1_splat(0.0)};
     }
+    if (external)
+        kt_planar_external(model, motion, external);
 }
 
 /* As kt_eliminate; x receives the inertia that passes to the parent, about the parent's origin. */
@@ -359,19 +366,7 @@ KT_INLINE void kt_planar_articulated_forward(const kt_model *model, kt_data *dat
     }
 }
 
-/* ---- all planes -------------------------------------------------------------------------------------------------- */
-
-/* The first forward pass of all planes, with external wrenches (NULL: none). */
-KT_INLINE void kt_planar_articulated_motions(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
-                                             const kt_external *external) {
-    kt_planar_gather(model, data, q);
-    for (size_t p = 0; p < model->n.plane; p++)
-        kt_planar_articulated_motion(model, data, &model->plane[p], q, v);
-    if (external)
-        kt_planar_external(model, data->planar, external);
-}
-
-/* The remaining passes, for trees. Returns a link without inertia along its degree of freedom, or 0. gravity: NULL for
+/* The backward pass and the forward pass of accelerations in all planes, for trees. Returns a link without inertia along its degree of freedom, or 0. gravity: NULL for
  * the gravity of the planes. */
 KT_INLINE size_t kt_planar_articulated_solve(const kt_model *model, kt_data *data, const kt_real1 *tau,
                                              kt_planar_eliminate *eliminate, const kt_const1 *gravity, kt_real1 *a) {

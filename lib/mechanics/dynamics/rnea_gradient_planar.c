@@ -23,7 +23,7 @@ size_t KT_KERNEL(kt_planar_respond)(const kt_model *model, kt_data *data, const 
                                     const kt_real1 *tau, kt_real1 *x) {
     assert(kt_data_serve(model, data));
     const kt_const1 no_gravity[2] = {kt_real1_splat(0.0), kt_real1_splat(0.0)};
-    kt_planar_articulated_motions(model, data, q, zero, NULL);
+    kt_planar_articulated_motion(model, data, q, zero, NULL);
     return model->has_armature
                ? kt_planar_articulated_solve(model, data, tau, kt_planar_eliminate_armature, no_gravity, x)
                : kt_planar_articulated_solve(model, data, tau, kt_planar_eliminate_joint, no_gravity, x);

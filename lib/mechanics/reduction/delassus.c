@@ -34,17 +34,6 @@ typedef struct sweep {
     } row[KT_DELASSUS_MAX];
 } sweep;
 
-/* Returns the last step of the elimination that contains a link of the loop. */
-static int32_t completing_step_of(const kt_front *f, const kt_loop_record *loop) {
-    int32_t last = -1;
-    for (int k = 0; k < (loop->term_count ? loop->term_count : 2); k++) {
-        const int32_t link = loop->term_count ? f->model->term[loop->term + k].link : loop->link[k];
-        const int32_t step = kt_front_step_of(f, link);
-        last = step > last ? step : last;
-    }
-    return last;
-}
-
 /* Whether an equation is among the chosen independent ones or, for a damped step, not trivial. */
 static bool is_included(const sweep *s, int32_t slot, bool independent) {
 #ifndef KT_LANES
@@ -67,8 +56,11 @@ static bool find_delassus_equations(const kt_model *model, kt_data *data, size_t
     kt_front_find(model, data, g, rows, &s->f);
     kt_delassus_find(model, data, g, &s->d);
     const int32_t begin = s->f.step[0].loop, most = independent ? s->f.group->rank[rows] : KT_DELASSUS_MAX;
+    int32_t step = 0;
     for (int32_t l = begin; l < begin + s->f.group->loop_count; l++) {
         const kt_loop_record *loop = &model->loop[model->front_loop[l]];
+        while (l >= s->f.step[step].loop + s->f.step[step].loop_count)
+            step++; /* the step that completes the loop */
         const int32_t *slot = kt_rows_slots(s->f.model, s->f.group, loop);
         for (int r = 0; r < loop->row_count; r++) {
             if (!kt_front_counts(&s->f, slot[r]) || !is_included(s, slot[r], independent))
@@ -77,7 +69,7 @@ static bool find_delassus_equations(const kt_model *model, kt_data *data, size_t
                 return false;
             s->row[s->count].loop = loop;
             s->row[s->count].slot = slot[r];
-            s->row[s->count++].step = completing_step_of(&s->f, loop);
+            s->row[s->count++].step = step;
         }
     }
     return !independent || s->count == most;
@@ -191,13 +183,6 @@ KT_INLINE void shift_to_parent(kt_real3 r, shape is, wrenches *p) {
 #endif
 }
 
-/* Shifts the wrenches to the origin of the parent, and stores them unless the next link in the loop is this parent. */
-KT_INLINE void pass_to_parent(const sweep *s, int32_t up, kt_real3 r, shape is, bool from_child, wrenches *p) {
-    shift_to_parent(r, is, p);
-    if (!from_child && up != 0)
-        add_to_load(s, up, is, p->x);
-}
-
 /* e . x */
 KT_INLINE kt_real4 along3(int n, kt_real3 e, const kt_real4 *x) {
     return kt_add_scaled4(n, kt_add4(n, kt_scale4(n, KT_PART3(e, 0), x[0]), kt_scale4(n, KT_PART3(e, 1), x[1])),
@@ -252,7 +237,9 @@ KT_INLINE void sweep_rows(const sweep *s, shape is, bool units, kt_real4 *square
             kt_square4_add(n, row, kt_real1_splat(1.0), square);
         }
         from_child = l > 0 && up == link[l - 1];
-        pass_to_parent(s, up, kt_front_offset(&s->f, i), is, from_child, &p);
+        shift_to_parent(kt_front_offset(&s->f, i), is, &p);
+        if (!from_child && up != 0)
+            add_to_load(s, up, is, p.x);
     }
     kt_square4_mirror(square);
 }

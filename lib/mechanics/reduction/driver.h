@@ -33,7 +33,7 @@ KT_INLINE void kt_links_motion(const kt_model *model, kt_data *data, const kt_re
                                const kt_external *external) {
     const size_t end = kt_spatial_end(model);
     if (KT_PLANAR)
-        kt_planar_articulated_motions(model, data, q, v, external);
+        kt_planar_articulated_motion(model, data, q, v, external);
     if (end > 1)
         KT_KERNEL(kt_spatial_links_motion)(model, data, q, v, external, end);
 }
@@ -58,20 +58,19 @@ KT_INLINE bool kt_links_step_of_mass(const kt_model *model, kt_data *data, const
 KT_INLINE void kt_group_fill(const kt_model *model, kt_data *data, size_t g, bool moving, const kt_real1 *q,
                              const kt_real1 *v, kt_real1 t) {
     const kt_group *group = &model->group[g];
-#ifndef KT_LANES
-    if (moving && kt_group_is_locked(model, group) && !model->loop[model->group_loop[group->loop]].form) {
-        kt_rows_fill_one(model, data, g, q, t);
-        return;
-    }
-#endif
-    const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     const bool in_plane = KT_PLANAR && kt_group_is_planar(model, group);
-    if (kt_group_has_fronts(group))
+    if (kt_group_has_fronts(group)) {
         KT_KERNEL(kt_front_fill)(model, data, g, in_plane, moving, q, v, t);
-    else if (in_plane)
+    } else if (in_plane) {
+        const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         kt_planar_rows_fill(model, data, g, &w, moving, q, v, t);
-    else
+#ifndef KT_LANES
+    } else if (moving && kt_group_is_locked(model, group) && !model->loop[model->group_loop[group->loop]].form) {
+        kt_rows_fill_one(model, data, g, q, t);
+#endif
+    } else {
         kt_rows_fill(model, data, g, moving, q, v, t);
+    }
 }
 
 /* Adds the violation of a group's velocities, and stores it in `right`. Uses the entries of A or, if fronts reduce the

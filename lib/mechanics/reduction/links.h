@@ -15,7 +15,7 @@
  * clear sets wrenches and the inertias from children to zero (in the plane `move` does).
  *
  * motion does all of these, then adds external wrenches (may be NULL). The ground's acceleration is minus gravity. In
- * the plane, kt_planar_articulated_motions is the same.
+ * the plane, kt_planar_articulated_motion is the same.
  *
  * accelerate is the backward and forward pass, after the groups' equations have been factored. Returns the link at
  * which the inertia is singular, or 0. With `delassus`, groups in the form of Delassus are solved by delassus.h, which
