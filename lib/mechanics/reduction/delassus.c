@@ -27,12 +27,16 @@ typedef struct sweep {
     const kt_model *model;
     kt_data *data;
     const double *unit; /* of a damped step: of coordinates; or NULL */
-    int count;          /* equations, in the order of the steps: */
-    struct {
-        const kt_loop_record *loop;
-        int32_t slot, step;
-    } row[KT_DELASSUS_MAX];
 } sweep;
+
+/* Points to the arrays of a group. The equations are those that the last call of list_equations has found. */
+static void begin_sweep(const kt_model *model, kt_data *data, size_t g, kt_rows rows, sweep *s) {
+    s->model = model;
+    s->data = data;
+    s->unit = NULL;
+    kt_front_find(model, data, g, rows, &s->f);
+    kt_delassus_find(model, data, g, &s->d);
+}
 
 /* Whether an equation is among the chosen independent ones or, for a damped step, not trivial. */
 static bool is_included(const sweep *s, int32_t slot, bool independent) {
@@ -44,44 +48,38 @@ static bool is_included(const sweep *s, int32_t slot, bool independent) {
     return !s->f.w.weight || s->f.w.weight[slot] != 1.0;
 }
 
-/* Finds the equations: all equations that do not vanish, or only the independent equations, which are all or those
- * chosen at generic positions. Returns false for more than KT_DELASSUS_MAX equations and, if independent ones are
- * requested, unless their number is the rank. */
-static bool find_delassus_equations(const kt_model *model, kt_data *data, size_t g, kt_rows rows, bool independent,
-                                    sweep *s) {
-    s->model = model;
-    s->data = data;
-    s->unit = NULL;
-    s->count = 0;
-    kt_front_find(model, data, g, rows, &s->f);
-    kt_delassus_find(model, data, g, &s->d);
-    const int32_t begin = s->f.step[0].loop, most = independent ? s->f.group->rank[rows] : KT_DELASSUS_MAX;
+/* Lists the equations: all equations that do not vanish, or only the independent equations, which are all or those
+ * chosen at generic positions. most: the largest number of equations. Returns false if there are more of them. */
+static bool list_equations(const sweep *s, bool independent, int32_t most) {
+    kt_delassus_equations *all = s->d.equations;
+    const int32_t begin = s->f.step[0].loop;
     int32_t step = 0;
+    all->count = 0;
     for (int32_t l = begin; l < begin + s->f.group->loop_count; l++) {
-        const kt_loop_record *loop = &model->loop[model->front_loop[l]];
+        const kt_loop_record *loop = &s->model->loop[s->model->front_loop[l]];
         while (l >= s->f.step[step].loop + s->f.step[step].loop_count)
             step++; /* the step that completes the loop */
         const int32_t *slot = kt_rows_slots(s->f.model, s->f.group, loop);
         for (int r = 0; r < loop->row_count; r++) {
             if (!kt_front_counts(&s->f, slot[r]) || !is_included(s, slot[r], independent))
                 continue;
-            if (s->count == most)
+            if (all->count == most)
                 return false;
-            s->row[s->count].loop = loop;
-            s->row[s->count].slot = slot[r];
-            s->row[s->count++].step = step;
+            all->row[all->count].loop = s->model->front_loop[l];
+            all->row[all->count].slot = slot[r];
+            all->row[all->count++].step = step;
         }
     }
-    return !independent || s->count == most;
+    return true;
 }
 
 /* The number of equations that a sweep computes; SWEEP calls one with its shape as a constant. */
 #ifdef KT_LANES
-#define EQUATIONS(s) (s)->count
+#define EQUATIONS(s) (s)->d.equations->count
 #define SWEEP_OF(function, s, components, ...)                                                                         \
-    ((s)->count < 3    ? function(s, (shape){components, 2}, __VA_ARGS__)                                              \
-     : (s)->count == 3 ? function(s, (shape){components, 3}, __VA_ARGS__)                                              \
-                       : function(s, (shape){components, ALL}, __VA_ARGS__))
+    ((s)->d.equations->count < 3    ? function(s, (shape){components, 2}, __VA_ARGS__)                                 \
+     : (s)->d.equations->count == 3 ? function(s, (shape){components, 3}, __VA_ARGS__)                                 \
+                                    : function(s, (shape){components, ALL}, __VA_ARGS__))
 #else
 #define EQUATIONS(s) ALL
 #define SWEEP_OF(function, s, components, ...) function(s, (shape){components, ALL}, __VA_ARGS__)
@@ -105,13 +103,14 @@ KT_INLINE void add_to_load(const sweep *s, int32_t link, shape is, const kt_real
 /* Adds sign times W C of a loop to its links. */
 static void add_loop_wrenches(const sweep *s, int r, double sign) {
     const kt_front *f = &s->f;
+    const kt_loop_record *loop = &s->model->loop[s->d.equations->row[r].loop];
     kt_real4 x[KT_FRONT_SPACE];
     for (int k = 0; k < 2; k++) {
-        const int32_t link = s->row[r].loop->link[k];
+        const int32_t link = loop->link[k];
         if (link == f->group->parent)
             continue;
         const kt_real4 columns = kt_scale4(ALL, kt_real1_splat(sign), s->d.transform[r]);
-        const kt_real1 *w = kt_front_wrench(f, s->row[r].slot, k);
+        const kt_real1 *w = kt_front_wrench(f, s->d.equations->row[r].slot, k);
         for (int c = 0; c < f->components; c++)
             x[c] = kt_scale4(ALL, w[c], columns);
         add_to_load(s, link, (shape){f->components, ALL}, x);
@@ -125,7 +124,7 @@ KT_INLINE kt_real4 joint_force_of(const sweep *s, int32_t local) {
 
 /* Adds the joint forces of a relation; the forces of planar revolute joints are moments about n. */
 static void add_relation_forces(const sweep *s, int r) {
-    const kt_loop_record *loop = s->row[r].loop;
+    const kt_loop_record *loop = &s->model->loop[s->d.equations->row[r].loop];
     for (int k = 0; k < loop->term_count; k++) {
         const kt_term_record *term = &s->model->term[loop->term + k];
         kt_real1 coefficient = kt_real1_splat(term->coefficient);
@@ -143,8 +142,8 @@ static void add_relation_forces(const sweep *s, int r) {
 /* Stores sign times W C on the loops' links, and the joint forces of relations in the columns. */
 static void set_loads(const sweep *s, double sign) {
     memset(s->d.present, 0, (size_t)s->f.w.m);
-    for (int r = 0; r < s->count; r++)
-        if (s->row[r].loop->term_count)
+    for (int r = 0; r < s->d.equations->count; r++)
+        if (s->model->loop[s->d.equations->row[r].loop].term_count)
             add_relation_forces(s, r);
         else
             add_loop_wrenches(s, r, sign);
@@ -254,10 +253,11 @@ static __attribute__((noinline)) void find_square_in_units(const sweep *s, kt_v4
  * their usual sizes, 0 if one is not clear. */
 static kt_real1 orthonormalise_steps(const sweep *s, kt_rows rows, const kt_real4 *g, kt_real4 *c) {
     const double *usual = s->model->front_usual + (size_t)rows * s->model->n.front + s->f.plan->step;
+    const kt_delassus_equations *all = s->d.equations;
     kt_real1 first = kt_real1_splat(s->f.w.least * s->f.w.least), least = kt_real1_splat((double)INFINITY);
-    for (int begin = 0, end = 0; begin < s->count && kt_is_anywhere(least > 0.0); begin = end) {
-        const int32_t step = s->row[begin].step;
-        while (end < s->count && s->row[end].step == step)
+    for (int begin = 0, end = 0; begin < all->count && kt_is_anywhere(least > 0.0); begin = end) {
+        const int32_t step = all->row[begin].step;
+        while (end < all->count && all->row[end].step == step)
             end++;
         const kt_real1 last =
             kt_square4_orthonormalise(g, begin, end, SMALL, s->f.w.tolerance, c, &first) / usual[step];
@@ -280,8 +280,10 @@ static void find_square(const sweep *s, kt_real4 *square) {
 kt_condition KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
     assert(g < model->n.group && model->group[g].form == KT_FORM_DELASSUS);
     kt_real4 square[KT_DELASSUS_MAX], c[KT_DELASSUS_MAX];
+    const int32_t rank = model->group[g].rank[rows];
     sweep s;
-    if (!find_delassus_equations(model, data, g, rows, true, &s))
+    begin_sweep(model, data, g, rows, &s);
+    if (!list_equations(&s, true, rank) || s.d.equations->count < rank)
         return kt_condition_false();
     for (int r = 0; r < KT_DELASSUS_MAX; r++) {
         square[r] = c[r] = s.d.transform[r] = kt_zero4();
@@ -300,7 +302,7 @@ kt_condition KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data
 #ifndef KT_LANES
     data->near[g] = false;
     data->last[g] = last;
-    data->rank[g] = model->group[g].rank[rows];
+    data->rank[g] = rank;
 #endif
     return regular;
 }
@@ -331,10 +333,10 @@ void KT_KERNEL(kt_delassus_least)(const kt_model *model, kt_data *data, size_t g
     assert(g < model->n.group && model->group[g].form == KT_FORM_DELASSUS);
     kt_real4 mu = kt_zero4(), lambda = mu;
     sweep s;
-    (void)find_delassus_equations(model, data, g, data->factored[g], true, &s);
-    for (int r = 0; r < s.count; r++)
-        mu = kt_add_scaled4(ALL, mu, s.f.w.right[s.row[r].slot], s.d.transform[r]);
-    for (int r = 0; r < s.count; r++)
+    begin_sweep(model, data, g, data->factored[g], &s);
+    for (int r = 0; r < s.d.equations->count; r++)
+        mu = kt_add_scaled4(ALL, mu, s.f.w.right[s.d.equations->row[r].slot], s.d.transform[r]);
+    for (int r = 0; r < s.d.equations->count; r++)
         kt_set_part4(&lambda, r, kt_dot4(ALL, s.d.transform[r], mu));
     write_step(&s, lambda, step);
 }
@@ -503,23 +505,24 @@ kt_condition KT_KERNEL(kt_delassus_solve)(const kt_model *model, kt_data *data, 
     sums to = {.force = kt_zero4()};
     kt_real4 mu = kt_zero4();
     sweep s;
-    (void)find_delassus_equations(model, data, g, data->factored[g], true, &s);
+    begin_sweep(model, data, g, data->factored[g], &s);
+    const kt_delassus_equations *all = s.d.equations;
     const bool planar = s.f.components == KT_FRONT_SPACE / 2;
     set_loads(&s, -1.0);
     const kt_real3 ground =
         planar ? kt_make3(kt_const_real1(-gravity[0]), kt_const_real1(-gravity[1]), kt_real1_splat(0.0))
                : data->motion[0].linear;
     SWEEP(sweep_responses, &s, ground, &to);
-    for (int r = 0; r < s.count; r++)
-        mu = kt_add_scaled4(ALL, mu, s.f.w.right[s.row[r].slot], s.d.transform[r]);
+    for (int r = 0; r < all->count; r++)
+        mu = kt_add_scaled4(ALL, mu, s.f.w.right[all->row[r].slot], s.d.transform[r]);
     mu = kt_sub4(ALL, mu, to.force);
-    kt_condition positive = kt_square4_solve(to.square, s.count, &mu);
+    kt_condition positive = kt_square4_solve(to.square, all->count, &mu);
     if (kt_fails(&positive, positive))
         return kt_condition_false();
 #ifndef KT_LANES
     memset(s.f.w.multiplier, 0, (size_t)s.f.w.k * sizeof *s.f.w.multiplier);
-    for (int r = 0; r < s.count; r++)
-        s.f.w.multiplier[s.row[r].slot] = kt_dot4(ALL, s.d.transform[r], mu);
+    for (int r = 0; r < all->count; r++)
+        s.f.w.multiplier[all->row[r].slot] = kt_dot4(ALL, s.d.transform[r], mu);
 #endif
     if (planar)
         add_responses(&s, true, mu);
@@ -536,13 +539,14 @@ bool KT_KERNEL(kt_delassus_measure)(const kt_model *model, kt_data *data, size_t
     assert(kt_data_serve(model, data) && model->group[g].damped_form == KT_FORM_DELASSUS);
     kt_v4 square[KT_DELASSUS_MAX];
     sweep s;
-    if (!find_delassus_equations(model, data, g, rows, false, &s))
+    begin_sweep(model, data, g, rows, &s);
+    if (!list_equations(&s, false, KT_DELASSUS_MAX))
         return false;
     s.unit = model->unit + s.f.group->v;
     for (int r = 0; r < KT_DELASSUS_MAX; r++) {
         square[r] = s.d.transform[r] = kt_v4_splat(0.0);
-        if (r < s.count)
-            s.d.transform[r][r] = 1.0 / s.f.w.scale[s.row[r].slot];
+        if (r < s.d.equations->count)
+            s.d.transform[r][r] = 1.0 / s.f.w.scale[s.d.equations->row[r].slot];
     }
     set_loads(&s, 1.0);
     find_square_in_units(&s, square);
@@ -558,15 +562,15 @@ bool KT_KERNEL(kt_delassus_damp)(const kt_model *model, kt_data *data, size_t g,
     assert(kt_data_serve(model, data) && model->group[g].damped_form == KT_FORM_DELASSUS);
     kt_v4 square[KT_DELASSUS_MAX], lambda = kt_v4_splat(0.0);
     sweep s;
-    (void)find_delassus_equations(model, data, g, data->factored[g], false, &s);
+    begin_sweep(model, data, g, data->factored[g], &s);
     s.unit = model->unit + s.f.group->v;
     memcpy(square, s.d.transform, sizeof square);
-    for (int r = 0; r < s.count; r++) {
-        const int32_t slot = s.row[r].slot;
+    for (int r = 0; r < s.d.equations->count; r++) {
+        const int32_t slot = s.d.equations->row[r].slot;
         square[r][r] += damping;
         lambda[r] = -gap[slot] / s.f.w.scale[slot];
     }
-    if (!kt_square4_solve(square, s.count, &lambda))
+    if (!kt_square4_solve(square, s.d.equations->count, &lambda))
         return false;
     write_step(&s, lambda, step);
     return true;

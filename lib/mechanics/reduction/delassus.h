@@ -42,10 +42,20 @@
 /* The most equations: one a lane. */
 enum { KT_DELASSUS_MAX = 4 };
 
+/* The equations of a group, in the order of the steps of the elimination that complete their loops. */
+typedef struct kt_delassus_equations {
+    int32_t count;
+    struct {
+        int32_t loop, slot, step;
+    } row[KT_DELASSUS_MAX];
+} kt_delassus_equations;
+
 /* Returns the size of the group's arrays, which replace those for the elimination by fronts. The arrays hold the rows
- * of B and 1 / D by coordinates, wrenches on links by their first coordinates, C, and flags of the parts in use. */
+ * of B and 1 / D by coordinates, wrenches on links by their first coordinates, C, the equations, and flags of the parts
+ * in use. */
 static inline size_t kt_delassus_count(size_t m) {
-    return (size_t)KT_DELASSUS_MAX * (m + KT_FRONT_SPACE * m + KT_DELASSUS_MAX) + m + (m + 7) / 8;
+    return (size_t)KT_DELASSUS_MAX * (m + KT_FRONT_SPACE * m + KT_DELASSUS_MAX) + m +
+           (sizeof(kt_delassus_equations) + m + 7) / 8;
 }
 
 typedef struct kt_delassus {
@@ -53,7 +63,8 @@ typedef struct kt_delassus {
     kt_real4 *load;      /* KT_FRONT_SPACE m */
     kt_real4 *transform; /* C, rows */
     kt_real1 *inverse;   /* d, m */
-    uint8_t *present;    /* m, by links' first coordinates: KT_DELASSUS_... */
+    kt_delassus_equations *equations;
+    uint8_t *present; /* m, by links' first coordinates: KT_DELASSUS_... */
 } kt_delassus;
 
 /* Whether `load` has wrenches on a link, and `column` joint forces. */
@@ -66,11 +77,12 @@ KT_INLINE void kt_delassus_find(const kt_model *model, const kt_data *data, size
     d->load = at, at += KT_FRONT_SPACE * w.m;
     d->transform = at, at += KT_DELASSUS_MAX;
     d->inverse = (kt_real1 *)at;
-    d->present = (uint8_t *)(d->inverse + w.m);
+    d->equations = (kt_delassus_equations *)(void *)(d->inverse + w.m);
+    d->present = (uint8_t *)(d->equations + 1);
 }
 
-/* kt_delassus_prepare finds C of a group whose equations have been filled. Returns false if the group is left to the
- * fronts. Sets the data that kt_front_factor sets.
+/* kt_delassus_prepare lists the equations of a group whose equations have been filled, and finds C. Returns false if the
+ * group is left to the fronts. Sets the data that kt_front_factor sets.
  *
  * kt_delassus_least finds the least step A' (A A')^-1 right in the group's coordinates, of step (nv), after `prepare`.
  *
