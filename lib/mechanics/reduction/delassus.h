@@ -81,8 +81,8 @@ KT_INLINE void kt_delassus_find(const kt_model *model, const kt_data *data, size
     d->present = (uint8_t *)(d->equations + 1);
 }
 
-/* kt_delassus_prepare lists the equations of a group whose equations have been filled, and finds C. Returns false if the
- * group is left to the fronts. Sets the data that kt_front_factor sets.
+/* kt_delassus_prepare lists the equations of a group whose equations have been filled, and finds C. Returns false if
+ * the group is left to the fronts. Sets the data that kt_front_factor sets.
  *
  * kt_delassus_least finds the least step A' (A A')^-1 right in the group's coordinates, of step (nv), after `prepare`.
  *

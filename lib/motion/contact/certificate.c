@@ -245,7 +245,7 @@ bool kt_contacts_may_act(const kt_simulation *simulation, double t) {
         acts = kt_contact_is_closed(simulation->model, &c->item[k]);
     if (acts || c->sides == 0)
         return acts;
-    kt_contacts_take_all(c, simulation->model);
+    kt_contacts_use_closed_model(c, simulation->model);
     const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(c->all);
     kernels->pose(c->all, c->data, q);
     for (int k = 0; k < c->sides && !acts; k++) {
