@@ -366,8 +366,8 @@ KT_INLINE void kt_planar_articulated_forward(const kt_model *model, kt_data *dat
     }
 }
 
-/* The backward pass and the forward pass of accelerations in all planes, for trees. Returns a link without inertia along
- * its degree of freedom, or 0. gravity: NULL for the gravity of the planes. */
+/* The backward pass and the forward pass of accelerations in all planes, for trees. Returns a link without inertia
+ * along its degree of freedom, or 0. gravity: NULL for the gravity of the planes. */
 KT_INLINE size_t kt_planar_articulated_solve(const kt_model *model, kt_data *data, const kt_real1 *tau,
                                              kt_planar_eliminate *eliminate, const kt_const1 *gravity, kt_real1 *a) {
     for (size_t p = 0; p < model->n.plane; p++) {
