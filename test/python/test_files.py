@@ -69,6 +69,21 @@ def test_a_scene_keeps_the_tables_and_the_files_that_it_includes(tmp_path, held)
     assert scene.model.get("arm.mass") == copy.copy(scene).model.get("arm.mass") == pickle.loads(pickle.dumps(scene)).model.get("arm.mass") == 1.5
 
 
+def test_messages_name_the_file_and_not_its_copy(tmp_path, recwarn):
+    path = tmp_path / "robot.urdf"
+    path.write_text('<robot name="r"><link name="a"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>')
+    scene = kt.load(path, floating=True)
+    path.unlink()
+    pickle.loads(pickle.dumps(scene))
+    words = [str(each.message) for each in recwarn]
+    print("      ", *words)
+    assert len(words) > 1 and all(each.startswith(str(path)) for each in words)
+    with pytest.raises(kt.Error) as caught:
+        scene.run(duration=0.1, keyframe="home")
+    print("      ", caught.value)
+    assert "/kinetree-" not in str(caught.value)
+
+
 def test_an_unchanged_file_is_read_in_its_place(tmp_path):
     path = tmp_path / "arm.yaml"
     path.write_text(SCENE[:SCENE.index("loops:")] + "simulate: {duration: 0.1}\n")

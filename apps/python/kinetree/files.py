@@ -100,6 +100,10 @@ class Files:
                     file.write(content)
         return self._copy(self.main)
 
+    def named(self, words: str) -> str:
+        """A message, with the names of the files in place of those of their copies."""
+        return words if self._copies is None else words.replace(self._copies.name + os.sep, os.sep)
+
     def _copy(self, path: str) -> str:
         return os.path.join(self._copies.name, path.lstrip(os.sep))
 

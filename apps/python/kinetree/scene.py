@@ -151,7 +151,10 @@ class Scene:
         weakref.finalize(self, lib.kt_scene_free, self._scene)
         for note in self._notes():
             if note.rank in (lib.KT_NOTE_RANK_MOTION, lib.KT_NOTE_RANK_START):
-                warn(f"{text(note.where)}: {text(note.what)}")
+                warn(self._named(f"{text(note.where)}: {text(note.what)}"))
+
+    def _named(self, words: str) -> str:
+        return words if self._files is None else self._files.named(words)
 
     def _notes(self) -> List[Any]:
         return list(ffi.unpack(self._scene.notes, self._scene.note_count)) if self._scene.note_count else []
@@ -269,7 +272,15 @@ class Scene:
             return self._as_scene().command(subcommand, *words, show=show, ok=ok, **options)
         settings = [f"--set={command.setting(name, value)}" for name, value in self.set.items()]
         place = self._file()
-        return command.run(subcommand, *settings, *command.words(options, subcommand), *words, place, text=self.text, show=show, ok=ok)
+        return self._run(subcommand, *settings, *command.words(options, subcommand), *words, place, text=self.text, show=show, ok=ok)
+
+    def _run(self, *words: str, **how: Any) -> command.Completed:
+        """Run the command; an error names the files of the scene, not their copies."""
+        try:
+            return command.run(*words, **how)
+        except Error as raised:
+            raised.__init__(raised.code, self._named(raised.where), self._named(raised.message))  # type: ignore[misc]
+            raise
 
     def _file(self) -> str:
         """The file: as it was given; with its folder if this program works in another one by now; or a copy if a file has changed."""
@@ -287,7 +298,7 @@ class Scene:
 
     def _imported(self) -> str:
         """The scene that the command makes of a robot."""
-        return command.run("import", *command.words(self.options, "import"), self._file()).stdout
+        return self._run("import", *command.words(self.options, "import"), self._file()).stdout
 
     def _as_scene(self) -> "Scene":
         return Scene(self._imported(), set=self.set)
