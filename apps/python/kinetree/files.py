@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import tempfile
+import weakref
 from typing import Any, Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
 
 _NESTED = (".xml", ".mjcf", ".urdf", ".sdf", ".world", ".yaml", ".yml")  # files that may name others
@@ -59,7 +61,7 @@ class Files:
         self.main = main
         self.contents: Dict[str, bytes] = {}
         self._signs: Dict[str, Sign] = {}
-        self._copies: Any = None
+        self._copies: Any = None  # their folder
         waiting = [main]
         waiting += [os.path.normpath(os.path.join(os.path.dirname(main), each)) for each in words]
         while waiting:
@@ -92,7 +94,8 @@ class Files:
         if self._copies is None and self.are_unchanged():
             return self.main
         if self._copies is None:
-            self._copies = tempfile.TemporaryDirectory(prefix="kinetree-")
+            self._copies = tempfile.mkdtemp(prefix="kinetree-")  # a TemporaryDirectory that ends with its scene warns of it
+            weakref.finalize(self, shutil.rmtree, self._copies, ignore_errors=True)
             for path, content in self.contents.items():
                 copy = self._copy(path)
                 os.makedirs(os.path.dirname(copy), exist_ok=True)
@@ -102,10 +105,10 @@ class Files:
 
     def named(self, words: str) -> str:
         """A message, with the names of the files in place of those of their copies."""
-        return words if self._copies is None else words.replace(self._copies.name + os.sep, os.sep)
+        return words if self._copies is None else words.replace(self._copies + os.sep, os.sep)
 
     def _copy(self, path: str) -> str:
-        return os.path.join(self._copies.name, path.lstrip(os.sep))
+        return os.path.join(self._copies, path.lstrip(os.sep))
 
     def __getstate__(self) -> Any:
         return self.main, self.contents, self._signs
