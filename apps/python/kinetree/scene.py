@@ -246,6 +246,14 @@ class Scene:
 
     # ---- the command ------------------------------------------------------------------------------------------------
 
+    def _run(self, *words: str, **how: Any) -> command.Completed:
+        """Run the command; an error names the files of the scene, not their copies."""
+        try:
+            return command.run(*words, **how)
+        except Error as raised:
+            raised.__init__(raised.code, self._named(raised.where), self._named(raised.message))  # type: ignore[misc]
+            raise
+
     def command(self, subcommand: str, *words: str, show: bool = False, ok: Tuple[int, ...] = (0,), **options: Any) -> command.Completed:
         """Run a subcommand of the command with this scene.
 
@@ -273,14 +281,6 @@ class Scene:
         settings = [f"--set={command.setting(name, value)}" for name, value in self.set.items()]
         place = self._file()
         return self._run(subcommand, *settings, *command.words(options, subcommand), *words, place, text=self.text, show=show, ok=ok)
-
-    def _run(self, *words: str, **how: Any) -> command.Completed:
-        """Run the command; an error names the files of the scene, not their copies."""
-        try:
-            return command.run(*words, **how)
-        except Error as raised:
-            raised.__init__(raised.code, self._named(raised.where), self._named(raised.message))  # type: ignore[misc]
-            raise
 
     def _file(self) -> str:
         """The file: as it was given; with its folder if this program works in another one by now; or a copy if a file has changed."""
