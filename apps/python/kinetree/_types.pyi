@@ -99,7 +99,8 @@ class _Loop:
         axis2: Axis = ..., pressure_angle: Number = ...) -> Json:
         """a worm drives a wheel whose axis is at a right angle; the bearings carry the force of the teeth"""
     def span(self, *, between: Sequence[End], name: str = ..., switched: bool = ..., axis: Axis = ..., axis2: Axis = ..., radius: Number = 0.0,
-        radius2: Number = 0.0, tension: Number = 0.0) -> Json:
+        radius2: Number = 0.0, tension: Number = 0.0, slack: Union[bool, str] = False, restitution: Number = 0.0, rest_velocity: Number = 1e-06,
+        poisson: Union[bool, str] = False) -> Json:
         """a rope runs straight from one pulley to another without slip; bearings carry its tension"""
     def belt(self, *, between: Sequence[End], radius: Number, radius2: Number, name: str = ..., switched: bool = ..., axis: Axis = ..., axis2: Axis =
         ..., crossed: Union[bool, str] = False, tension: Number = 0.0) -> Json:
@@ -146,7 +147,8 @@ class _Effect:
         Union[bool, str] = False) -> Json:
         """contact of a sphere or a disc with a half-space (Hunt and Crossley), with friction"""
     def expression(self, *, name: str = ..., switched: bool = ..., joint: str = ..., between: Sequence[End] = ..., path: Any = ..., at: End = ...,
-        force: Union[Number, Sequence[Number]] = ..., torque: Union[Number, Sequence[Number]] = ..., frame: str = ...) -> Json:
+        force: Union[Number, Sequence[Number]] = ..., torque: Union[Number, Sequence[Number]] = ..., actuators: Any = ..., lower: Any = ..., upper:
+        Any = ..., spring: Any = ..., frame: str = ...) -> Json:
         """a force by formulas of t, parameters and the motion of joints and markers"""
     def thrust(self, *, at: End, mass: Union[Number, Json], exhaust: Numbers, name: str = ..., switched: bool = ...) -> Json:
         """thrust of mass that leaves or arrives"""
