@@ -54,12 +54,14 @@ static inline void kt_lemke_pivot(kt_lemke *t, int r, int column) {
     t->basis[r] = column;
 }
 
-/* Whether row a leaves before row b: the smaller ratio of right-hand sides, then of the columns of w one by one. */
+/* The lexicographic ratio test, which excludes cycles: whether row a leaves the basis before row b. The row with the
+ * smaller ratio (right-hand side over the entry in the entering column) leaves. Among equal ratios, those of the
+ * columns of w decide, one after the other. */
 static inline bool kt_lemke_leaves_first(const kt_lemke *t, int a, int b, int column) {
     const double *of_a = kt_lemke_row(t, a), *of_b = kt_lemke_row(t, b), pa = of_a[column], pb = of_b[column];
     const int last = kt_lemke_width(t) - 1;
     for (int k = -1; k < t->n; k++) {
-        const int j = k < 0 ? last : k;
+        const int j = k < 0 ? last : k; /* the right-hand sides first; columns 0 to n - 1 are those of w */
         const double x = of_a[j] / pa, y = of_b[j] / pb;
         if (x != y)
             return x < y;

@@ -297,12 +297,13 @@ static kt_jet jet_of_many_pieces(kt_jet_meet *meet, void *user) {
     return any;
 }
 
-/* The pieces that the inputs may be in, MET_PIECES at most: the hull of their values. */
-enum { MET_PIECES = 16 };
+/* A table has a polynomial for each piece between two rows (and columns). The inputs are intervals, which may cover
+ * several pieces. */
+enum { MET_PIECES = 16 }; /* the most pieces that are followed one by one */
 typedef struct met_pieces {
-    kt_jet z;
-    int count, undefined;
-    kt_jet_meet *meet;
+    kt_jet z;             /* the hull of the values of the pieces so far */
+    int count, undefined; /* pieces; pieces outside of the table, where it has no value */
+    kt_jet_meet *meet;    /* receives decisions: differences that change their sign between two pieces */
     void *user;
 } met_pieces;
 
@@ -314,7 +315,8 @@ static double pass_row(const met_pieces *met, const kt_jet *input, double row) {
     return nextafter(row, HUGE_VAL);
 }
 
-/* Adds the pieces with the first input `at`, for all second inputs. Returns the last first input of the pieces. */
+/* Adds the pieces at the value `at` of the first input x, for all values of the second input y. Returns the largest x
+ * of these pieces, or infinity if there are too many pieces. */
 static double add_pieces(met_pieces *met, const double *table, double at, const kt_jet *x, const kt_jet *y) {
     double on = y->c[0].lo;
     for (;;) {
@@ -332,6 +334,7 @@ static double add_pieces(met_pieces *met, const double *table, double at, const 
     }
 }
 
+/* z = table(x) or table(x, y) on intervals: the hull of the values of all pieces that the intervals cover. */
 static kt_jet jet_lookup(const kt_expression_term *term, const kt_jet *x, const kt_jet *y, kt_jet_meet *meet,
                          void *user) {
     const double *table = kt_lookup_of(term);

@@ -162,7 +162,14 @@ void kt_attach_place_in_coordinate(kt_attach *a, const kt_model *m, const kt_eff
     r->link[0] = component_link_of(m, c.body, c.component);
 }
 
-/* The angle in the given positions is within half a turn, and is counted from this value. */
+/* Prepares the count of turns of a loop's relative coordinate. The two ends determine its angle theta only up to whole
+ * turns. Therefore the angle that is nearest to an estimate is taken:
+ *
+ *     theta ~ theta_0 + sum_k s_k (q_k - q_k0) + (d_z - d_z0) / pitch
+ *
+ * over the joints k between the ends that turn about the axis, with signs s_k, or for screws over the advance d_z along
+ * the axis. theta_0, within half a turn, belongs to the positions q0 of the description. The constant terms of the
+ * estimate become `angle`. *term: the number of terms in the model so far. */
 void kt_attach_fill_turns(const kt_attach *a, kt_model *m, kt_effect_record *r, size_t *term) {
     kt_relative_record *relative = &r->relative;
     const kt_loop *loop = &a->description->loops[relative->loop];
@@ -176,7 +183,7 @@ void kt_attach_fill_turns(const kt_attach *a, kt_model *m, kt_effect_record *r, 
         (void)each_turning(a, of, m->term + *term, NULL);
     *term += (size_t)relative->term_count;
     if (relative->type == KT_RELATIVE_STRETCH)
-        return; /* it counts from the start */
+        return; /* the length of a rope changes by the turns since the start */
     kt_relative_record near_zero = *relative;
     near_zero.per_length = 0.0;
     relative->angle = kt_relative_coordinate_of(&near_zero, (kt_relative_turns){0.0, 0.0}, of, end).position -

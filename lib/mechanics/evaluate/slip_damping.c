@@ -54,7 +54,14 @@ static void differentiate_direction(const kt_model *model, const kt_data *data, 
     project_pair(e, size > 0.0 ? -side * kt_slip_friction(model, k) * normal / size : 0.0, 0.0, out);
 }
 
-/* db/ds of slow slip. */
+/* db/ds of slow slip with the prediction time tau (slip_prediction.c). With the direction of slip d, and e = s / |s| on
+ * the side of d:
+ *
+ *     db/ds = side / tau (1 - e e') + along e e'
+ *     along = side grows / tau    if tau is the time that belongs to the speed |s|
+ *             0                   if tau is shorter
+ *
+ * The first part turns slip. The second part changes its speed, on which tau depends. */
 static void differentiate_prediction(const kt_data *data, const kt_slip_problem *p, size_t k, double out[2][2]) {
     double grows, size, e[2];
     const double *s = data->slip_velocity + 2 * k, *d = data->slip + 2 * k;

@@ -102,6 +102,13 @@ bool KT_KERNEL(kt_half_store)(const kt_model *model, kt_data *data, size_t i, co
     return false;
 }
 
+/* The equation a x = b'' of the stop gives the acceleration x of the one joint. With its axis S, the inertia I and the
+ * bias wrench p of the link (articulated), and the acceleration c due to velocities:
+ *
+ *     p <- p + I c
+ *     M = S . I S + armature,   tau - h = tau - S . p,   F = shift(I S)      for the multiplier (kt_group_assemble)
+ *     p <- p + I S x
+ */
 void KT_KERNEL(kt_half_lock)(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x) {
     const kt_link *link = &model->link[i];
     const kt_link_motion *m = &data->motion[i];

@@ -271,6 +271,9 @@ kt_status kt_contacts_solve_reactions(kt_simulation *simulation, double t, doubl
     return solve_all_forces(simulation, t, true, &jams, lost, error);
 }
 
+/* The own time follows from the speed of the mechanism, and from its acceleration with all contacts open
+ * (kt_contacts_find_free). The evaluation binds the data of the simulation to the model with open contacts, and
+ * afterwards to the present model again. */
 void kt_contacts_begin_own_time(kt_simulation *simulation, double t, const double *y) {
     struct kt_contacts *c = simulation->contacts;
     const kt_model *model = simulation->model, *open = kt_model_switched(model, model->set & ~c->mask);

@@ -202,9 +202,15 @@ kt_status kt_moreau_solve(kt_simulation *simulation, kt_error *error) {
  * largest gap of a contact at rest. */
 static const double removed = 1e-3;
 
-/* Chooses the contacts of an island, and sets the gaps that their bounds leave. Before the impulses are known
- * (`begins`), a displacement may close gaps, and closes those of bodies at rest: their normal impulses are unbounded.
- * Returns the number of contacts; 0 if no contact remains deep or at rest with a gap. */
+/* Poses the problem of a displacement that moves an island out of its contacts:
+ *
+ *     g + h u + W p >= 0,   p >= 0,   one of both zero
+ *
+ * with the gaps g (m), the least rates u (m/s) that the contacts' laws permit, and the step h (s). Friction does not
+ * take part. Before the impulses of the step are known (`begins`), only rates that open count. Gaps of contacts at rest
+ * are then closed exactly: g + W p = 0 with p of either sign (limits: infinity).
+ *
+ * Returns the number of contacts in the problem; 0 if no gap needs a displacement. */
 static int choose_deep(const kt_simulation *simulation, const kt_moreau_island *island, double h, bool begins) {
     const struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;

@@ -53,9 +53,12 @@ static void form_base(kt_integrator *it, const kt_interval *in, int i) {
         kt_add_times(base, in->h * dirk_entry(it->method, i, j), it->k[j], n);
 }
 
-/* Replaces f at the stage with the correction of the stage. */
-static kt_try_result find_correction(kt_integrator *it, double part, size_t slot, kt_try *result) {
-    const kt_complex sigma = {1.0 / part, 0.0};
+/* Replaces f(Y), in the slot, with the correction dY of the stage:
+ *
+ *     (1 / (h gamma) - J) dY = f(Y) - (Y - base) / (h gamma)     with the factors that are stored
+ */
+static kt_try_result find_correction(kt_integrator *it, double h_gamma, size_t slot, kt_try *result) {
+    const kt_complex sigma = {1.0 / h_gamma, 0.0};
     const double *stage = kt_newton_row(it, KT_DIRK_STAGE), *base = kt_newton_row(it, KT_DIRK_BASE);
     double *r = it->k[slot];
     for (size_t l = 0; l < it->sizes.n; l++)
@@ -69,12 +72,13 @@ static double correction_size_of(const kt_integrator *it, const double *correcti
     return sqrt(square / (double)it->counted);
 }
 
-/* One iteration; *size is the weighted norm of the correction. */
-static kt_try_result correct_dirk_stage(kt_integrator *it, double t, double part, size_t slot, double *size,
+/* One iteration of Newton's method without damping: Y <- Y + dY. *size: the weighted norm of dY. The slot in it->k has
+ * first f(Y), and then dY. */
+static kt_try_result correct_dirk_stage(kt_integrator *it, double t, double h_gamma, size_t slot, double *size,
                                         kt_try *result) {
     double *stage = kt_newton_row(it, KT_DIRK_STAGE);
     if (kt_evaluate(it, t, stage, slot, result) != KT_TRY_PASSED ||
-        find_correction(it, part, slot, result) != KT_TRY_PASSED)
+        find_correction(it, h_gamma, slot, result) != KT_TRY_PASSED)
         return result->result;
     *size = correction_size_of(it, it->k[slot]);
     for (size_t l = 0; l < it->sizes.n; l++)
@@ -89,7 +93,7 @@ enum { HALVINGS = 20 };
 
 /* Puts the stage at `from` + lambda times the correction, with the largest lambda that reduces the residual. *found:
  * whether such a lambda exists. The norm of the test does not depend on the stage. */
-static kt_try_result damp(kt_integrator *it, double t, double part, size_t slot, bool *found, kt_try *result) {
+static kt_try_result damp(kt_integrator *it, double t, double h_gamma, size_t slot, bool *found, kt_try *result) {
     double *stage = kt_newton_row(it, KT_DIRK_STAGE);
     const double *from = kt_newton_row(it, KT_DIRK_FROM), *correction = kt_newton_row(it, KT_DIRK_CORRECTION);
     const double size = sqrt(kt_newton_square(it, correction));
@@ -100,33 +104,38 @@ static kt_try_result damp(kt_integrator *it, double t, double part, size_t slot,
             stage[l] = from[l] + lambda * correction[l];
         const kt_try_result tried = kt_evaluate(it, t, stage, slot, result);
         if (tried == KT_TRY_STOPPED ||
-            (tried == KT_TRY_PASSED && find_correction(it, part, slot, result) != KT_TRY_PASSED))
+            (tried == KT_TRY_PASSED && find_correction(it, h_gamma, slot, result) != KT_TRY_PASSED))
             return result->result;
         *found = tried == KT_TRY_PASSED && sqrt(kt_newton_square(it, it->k[slot])) <= (1.0 - 0.25 * lambda) * size;
     }
     return result->result = KT_TRY_PASSED;
 }
 
-/* One iteration. A correction is small enough if test_fixed (newton.c) would accept it. A small correction is accepted
- * undamped, and counted, if no damping shortens the next correction or if this is the last iteration. */
-static kt_try_result correct_damped(kt_integrator *it, double t, double part, size_t slot, bool *done, kt_try *result) {
+/* One iteration with a new Jacobian: Y <- Y + lambda dY.
+ *
+ * A correction with a weighted norm above 1 is damped. If a damping lambda exists that shortens the next correction,
+ * and iterations are left, the iteration goes on. In all other cases this iteration is the last one. It takes the whole
+ * correction unless a lambda was found, and has converged if the norm is at most 1e8, which test_fixed (newton.c) would
+ * accept, too. Norms above 1e4 are counted. *done: the iteration has converged. */
+static kt_try_result correct_damped(kt_integrator *it, double t, double h_gamma, size_t slot, bool *done,
+                                    kt_try *result) {
     const size_t n = it->sizes.n;
     kt_newton_work *w = kt_newton_of(it);
     double *stage = kt_newton_row(it, KT_DIRK_STAGE), *from = kt_newton_row(it, KT_DIRK_FROM);
     double *correction = kt_newton_row(it, KT_DIRK_CORRECTION);
-    bool found = false;
+    bool is_damped = false;
     if (kt_evaluate(it, t, stage, slot, result) != KT_TRY_PASSED ||
-        kt_newton_relinearize(it, t, stage, slot, 1.0 / part, result) != KT_TRY_PASSED ||
-        find_correction(it, part, slot, result) != KT_TRY_PASSED)
+        kt_newton_relinearize(it, t, stage, slot, 1.0 / h_gamma, result) != KT_TRY_PASSED ||
+        find_correction(it, h_gamma, slot, result) != KT_TRY_PASSED)
         return result->result;
     memcpy(from, stage, n * sizeof *from);
     memcpy(correction, it->k[slot], n * sizeof *correction);
     const double size = w->last_size = correction_size_of(it, correction);
-    if (size > 1.0 && damp(it, t, part, slot, &found, result) != KT_TRY_PASSED)
+    if (size > 1.0 && damp(it, t, h_gamma, slot, &is_damped, result) != KT_TRY_PASSED)
         return result->result;
-    if (++w->iterations < KT_NEWTON_ITERATIONS_FIXED && found)
+    if (++w->iterations < KT_NEWTON_ITERATIONS_FIXED && is_damped)
         return KT_TRY_PASSED;
-    for (size_t l = 0; l < n && !found; l++)
+    for (size_t l = 0; l < n && !is_damped; l++)
         stage[l] = from[l] + correction[l];
     it->memory.counts.capped += size > 1e4 && size <= 1e8;
     *done = size <= 1e8;
@@ -160,29 +169,30 @@ const double *kt_dirk_slope(const kt_integrator *it) {
     return history[KT_DIRK_FLAG] > 0.0 ? history + KT_DIRK_SLOPES + it->sizes.n : it->k[0];
 }
 
-kt_try_result kt_dirk_solve(kt_integrator *it, double t, double part, size_t slot, kt_try *result) {
-    assert(slot < it->sizes.slots && isfinite(part)); /* part is 0 for steps near the least number, and fails below */
+kt_try_result kt_dirk_solve(kt_integrator *it, double t, double h_gamma, size_t slot, kt_try *result) {
+    assert(slot < it->sizes.slots &&
+           isfinite(h_gamma)); /* h_gamma is 0 for steps near the least number, and fails below */
     const double *stage = kt_newton_row(it, KT_DIRK_STAGE), *base = kt_newton_row(it, KT_DIRK_BASE);
     const kt_newton_work *w = kt_newton_of(it);
     kt_newton_begin(it);
     for (bool done = false; !done;) {
         double size = 0.0;
-        if (w->damped ? correct_damped(it, t, part, slot, &done, result) != KT_TRY_PASSED
-                      : correct_dirk_stage(it, t, part, slot, &size, result) != KT_TRY_PASSED ||
+        if (w->damped ? correct_damped(it, t, h_gamma, slot, &done, result) != KT_TRY_PASSED
+                      : correct_dirk_stage(it, t, h_gamma, slot, &size, result) != KT_TRY_PASSED ||
                             kt_newton_test_convergence(it, size, &done, result) != KT_TRY_PASSED)
             return result->result;
     }
     for (size_t l = 0; l < it->sizes.n; l++)
-        it->k[slot][l] = (stage[l] - base[l]) / part;
+        it->k[slot][l] = (stage[l] - base[l]) / h_gamma;
     return KT_TRY_PASSED;
 }
 
 /* base + h gamma f, with the slope at the end of the last step. */
-static void predict_dirk_stage(kt_integrator *it, double part) {
+static void predict_dirk_stage(kt_integrator *it, double h_gamma) {
     const double *base = kt_newton_row(it, KT_DIRK_BASE), *slope = kt_dirk_slope(it);
     double *stage = kt_newton_row(it, KT_DIRK_STAGE);
     for (size_t l = 0; l < it->sizes.n; l++)
-        stage[l] = base[l] + part * slope[l];
+        stage[l] = base[l] + h_gamma * slope[l];
 }
 
 kt_try_result kt_dirk_stages(kt_integrator *it, const kt_interval *in, kt_try *result) {

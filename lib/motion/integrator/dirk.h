@@ -15,9 +15,9 @@ enum { KT_DIRK_FLAG, KT_DIRK_SLOPES };
 extern const kt_history_word kt_dirk_words[];
 static inline size_t kt_dirk_history(size_t n) { return KT_DIRK_SLOPES + 2 * n; }
 
-/* Solves Y = base + part f(t, Y), with the base and a first guess of Y in their rows. The sign of `part` is that of the
- * step. On return, Y is in its row, and the slope (Y - base) / part in the slot. */
-kt_try_result kt_dirk_solve(kt_integrator *it, double t, double part, size_t slot, kt_try *result);
+/* Solves Y = base + h gamma f(t, Y), with the base and a first guess of Y in their rows. The sign of h gamma is that of
+ * the step. On return, Y is in its row, and the slope (Y - base) / (h gamma) in the slot. */
+kt_try_result kt_dirk_solve(kt_integrator *it, double t, double h_gamma, size_t slot, kt_try *result);
 
 /* A try of a step: `solve` leaves y1 in the row of stages. If its iteration does not converge, the try continues with
  * a new Jacobian, and then damped. */

@@ -504,34 +504,32 @@ kt_try_result kt_newton_test_convergence(kt_integrator *it, double size, bool *d
     return kt_newton_diverged(it, 0.5, result);
 }
 
-/* Leaves J out. If no Jacobian can be computed, as next to a singular position of loops, an old J may cause divergence
- * for every step size. A motion that is not stiff needs no J. J = 0 is used as long as the iteration converges. */
-static bool is_left_out(const kt_integrator *it) {
+/* An iteration may diverge because its Jacobian J is old. The next try then has
+ *
+ *     a new J;
+ *     or, if J cannot be computed here (next to a singular position of loops), J = 0, since a motion that is not stiff
+ *         needs no J, and an old one may cause divergence for every step size;
+ *     or, if the iteration has diverged with J = 0, too, the old J again and half of the step.
+ *
+ * J = 0 stays as long as iterations converge. Fixed steps cannot be halved, and do not try J = 0. */
+kt_try_result kt_newton_retry(kt_integrator *it, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
-    const bool serves = (int)w->now.state == KT_JACOBIAN_KNOWN && !(it->options.step > 0.0);
-    if (serves)
+    if (result->result != KT_TRY_DIVERGED || w->is_of_now)
+        return result->result;
+    if (kt_newton_refresh(it, result) != KT_TRY_PASSED)
+        return result->result;
+    if (w->is_of_now)
+        return KT_TRY_PASSED;
+    if ((int)w->now.state == KT_JACOBIAN_KNOWN && !(it->options.step > 0.0)) {
         w->now.state = KT_JACOBIAN_LEFT_OUT;
-    return serves;
-}
-
-/* The iteration has diverged without J, too: a shorter step begins with J. */
-static kt_try_result bring_back(kt_integrator *it, kt_try *result) {
-    kt_newton_work *w = kt_newton_of(it);
+        return KT_TRY_PASSED;
+    }
     if ((int)w->now.state == KT_JACOBIAN_LEFT_OUT) {
         w->now.state = KT_JACOBIAN_KNOWN;
         if (recompute(it, true, result) != KT_TRY_PASSED)
             return result->result;
     }
     return kt_newton_diverged(it, 0.5, result);
-}
-
-kt_try_result kt_newton_retry(kt_integrator *it, kt_try *result) {
-    const kt_newton_work *w = kt_newton_of(it);
-    if (result->result != KT_TRY_DIVERGED || w->is_of_now)
-        return result->result;
-    if (kt_newton_refresh(it, result) != KT_TRY_PASSED)
-        return result->result;
-    return w->is_of_now || is_left_out(it) ? KT_TRY_PASSED : bring_back(it, result);
 }
 
 /* ---- after a step ------------------------------------------------------------------------------------------------ */
