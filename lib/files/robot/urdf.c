@@ -6,6 +6,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "robot/urdf.h"
 
+#include <string.h>
+
 /* ---- the scene --------------------------------------------------------------------------------------------------- */
 
 static const kt_note link_notes[] = {
@@ -53,6 +55,14 @@ static const kt_note last_notes[] = {
     KT_NOTE(kt_urdf, shapes, DETAIL, "visuals without a geometry that is known, left out of pictures:"),
 };
 
+/* An element or a meaning that another version adds would be missed: urdfdom rejects such a file. */
+static void note_version(kt_notes *n, const kt_urdf *u) {
+    const char *version = kt_xml_attribute(u->robot, "version");
+    if (version != NULL && strcmp(version, "1.0") != 0 && strcmp(version, "1.1") != 0)
+        kt_note_put(n, KT_NOTE_RANK_START, &(kt_left){.first = u->robot, .count = 1},
+                    "version %s of URDF is not known; the file is read as version 1.1", kt_name_quote(version).text);
+}
+
 static void note_root(kt_notes *n, const kt_urdf *u, int root) {
     const kt_left base = {.first = u->links[root].element, .count = u->links[root].body != NULL};
     kt_note_put(n, KT_NOTE_RANK_START, &base, "link %s %s, gravity is %s",
@@ -76,6 +86,7 @@ static void make_urdf_notes(const kt_urdf *u, int root, kt_scene *scene) {
     if (!kt_notes_begin(&n, u->r, u->source->path))
         return;
     note_root(&n, u, root);
+    note_version(&n, u);
     KT_NOTES_PUT(&n, u, joint_notes);
     kt_inertia_notes(&n, &u->inertias);
     KT_NOTES_PUT(&n, u, mass_notes);

@@ -24,7 +24,24 @@ static const kt_robot_options plain = {0}, heavy = {.density = 1000.0};
 #define LIMITS(lower, upper) "<limit lower='" lower "' upper='" upper "' effort='1' velocity='1'/>"
 #define ORIGIN(turn) "<origin xyz='1 2 3' " turn "/>"
 
-/* ---- version 1.1 ------------------------------------------------------------------------------------------------- */
+/* ---- versions ---------------------------------------------------------------------------------------------------- */
+
+KT_TEST(an_unknown_version_is_reported_once) {
+    static const struct {
+        const char *attribute;
+        bool is_known;
+    } table[] = {{"", true},
+                 {"version='1.0'", true},
+                 {"version='1.1'", true},
+                 {"version='1.2'", false},
+                 {"version='2'", false},
+                 {"version=''", false}};
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        const kt_scene *scene =
+            test_robot_of(&plain, "<robot name='r' %s><link name='a'/></robot>", table[i].attribute);
+        kt_check_equal_int(table[i].attribute, count_notes(scene, "of URDF is not known"), table[i].is_known ? 0 : 1);
+    }
+}
 
 /* The same robot with angles and with quaternions, which may have any length. */
 KT_TEST(quaternions_turn_as_angles_do) {
