@@ -3,6 +3,7 @@
 #include "reduction/half_columns.h"
 
 #include "reduction/half_square.h"
+#include "reduction/half_sweep.h"
 
 #include <assert.h>
 
@@ -78,15 +79,6 @@ bool KT_KERNEL(kt_half_prepare)(const kt_model *model, kt_data *data, size_t g) 
 
 /* ---- terms of the links ------------------------------------------------------------------------------------------ */
 
-/* S of a joint with one axis. */
-KT_INLINE void axis_of(const kt_link *link, const kt_link_motion *m, kt_v4 *angular, kt_v4 *linear) {
-    const kt_v4 s = kt_link_axis(link, m), none = kt_v4_splat(0.0);
-    *angular = link->motion == KT_MOTION_PRISMATIC ? none : s;
-    *linear = link->motion == KT_MOTION_REVOLUTE ? none
-              : link->motion == KT_MOTION_SCREW  ? kt_v4_splat(kt_link_pitch(link)) * s
-                                                 : s;
-}
-
 bool KT_KERNEL(kt_half_store)(const kt_model *model, kt_data *data, size_t i, const double *tau, kt_articulated *x) {
     const kt_link *link = &model->link[i];
     kt_v4 n, f;
@@ -95,7 +87,7 @@ bool KT_KERNEL(kt_half_store)(const kt_model *model, kt_data *data, size_t i, co
                                            &data->articulated[link->articulated]);
     if (model->group[link->group].rank[KT_ROWS_ALL] == 0)
         return false;
-    axis_of(link, &data->motion[i], &n, &f);
+    kt_half_axis_of(link, &data->motion[i], &n, &f);
     half_of(model, data, (size_t)link->group)->inverse[link->local] =
         1.0 /
         (kt_v4_dot2(n, kt_articulated_moment(x, n, f), f, kt_articulated_force(x, n, f)) + model->armature[link->v]);
@@ -115,7 +107,7 @@ void KT_KERNEL(kt_half_lock)(const kt_model *model, kt_data *data, size_t i, con
     const kt_group_work w = kt_group_matrices(model, data, (size_t)link->group, KT_ROWS_ALL);
     const double acceleration = w.right[0] / w.a[0];
     kt_v4 n, f;
-    axis_of(link, m, &n, &f);
+    kt_half_axis_of(link, m, &n, &f);
     const kt_v4 moment = kt_articulated_moment(x, n, f), force = kt_articulated_force(x, n, f);
     x->moment += kt_articulated_moment(x, m->alpha, m->linear);
     x->force += kt_articulated_force(x, m->alpha, m->linear);
@@ -173,197 +165,18 @@ static void find_free_accelerations(const kt_model *model, const kt_data *data, 
     }
 }
 
-/* ---- half columns ------------------------------------------------------------------------------------------------ */
-
-/* Components of moments and forces of four equations. */
-typedef struct wrenches {
-    kt_v4 x[6];
-} wrenches;
-
-KT_INLINE kt_v4 along_half(kt_v4 n, const kt_v4 *x) {
-    return kt_v4_splat(n[0]) * x[0] + kt_v4_splat(n[1]) * x[1] + kt_v4_splat(n[2]) * x[2];
-}
-
-KT_INLINE kt_v4 along(kt_v4 n, kt_v4 f, const wrenches *p) { return along_half(n, p->x) + along_half(f, p->x + 3); }
-
-KT_INLINE void add_gain(kt_v4 n, kt_v4 f, kt_v4 u, wrenches *p) {
-    for (int c = 0; c < 3; c++) {
-        p->x[c] += kt_v4_splat(n[c]) * u;
-        p->x[c + 3] += kt_v4_splat(f[c]) * u;
-    }
-}
-
-KT_INLINE void shift(kt_v4 r, wrenches *p) {
-    const kt_v4 x = kt_v4_splat(r[0]), y = kt_v4_splat(r[1]), z = kt_v4_splat(r[2]);
-    p->x[0] += y * p->x[5] - z * p->x[4];
-    p->x[1] += z * p->x[3] - x * p->x[5];
-    p->x[2] += x * p->x[4] - y * p->x[3];
-}
-
-/* Four columns of joint forces, and where their half columns go. The columns belong to equations, or to forces on
- * links. */
-typedef struct batch {
-    const double *row[KT_HALF_LANES];
-    const kt_half_force *force;
-    int forces; /* 0: equations */
-    kt_v4 *column;
-    uint8_t *is_nonzero; /* NULL: not asked for */
-} batch;
-
-KT_INLINE kt_v4 entries(const batch *b, int32_t at) {
-    return (kt_v4){b->row[0][at], b->row[1][at], b->row[2][at], b->row[3][at]};
-}
-
-/* Adds the wrenches that act on a link, times 1 or -1; returns whether such wrenches exist. */
-KT_INLINE bool load_link(const batch *b, int32_t link, double sign, kt_v4 *moment, kt_v4 *force_sum) {
-    bool any = false;
-    for (int r = 0; r < b->forces; r++)
-        for (int end = 0; end < 2; end++) {
-            const kt_half_force *force = &b->force[r];
-            if (force->link[end] != link)
-                continue;
-            for (int c = 0; c < 3; c++) {
-                moment[c][r] += sign * force->wrench[end][c];
-                force_sum[c][r] += sign * force->wrench[end][c + 3];
-            }
-            any = true;
-        }
-    return any;
-}
-
-KT_INLINE bool is_zero(kt_v4 x) { return x[0] == 0.0 && x[1] == 0.0 && x[2] == 0.0 && x[3] == 0.0; }
-
-/* L^-1 b, with L of kt_factor3. */
-KT_INLINE void reduce3(kt_v4 l, kt_v4 *b) {
-    b[1] -= kt_v4_splat(l[0]) * b[0];
-    b[2] -= kt_v4_splat(l[1]) * b[0] + kt_v4_splat(l[2]) * b[1];
-}
-
-/* y = axes x */
-KT_INLINE void apply_axes(const kt_v4 axes[3], const kt_v4 *x, kt_v4 *y) {
-    for (int c = 0; c < 3; c++)
-        y[c] = kt_v4_splat(axes[0][c]) * x[0] + kt_v4_splat(axes[1][c]) * x[1] + kt_v4_splat(axes[2][c]) * x[2];
-}
-
-/* The force and the moment on a link by the forces of its free joint, whose parent is the ground. */
-KT_INLINE void apply_free(const kt_link *link, const kt_data *data, int32_t i, const kt_v4 *joint, kt_v4 *b) {
-    if (link->rest_is_rotated) {
-        kt_v4 base[3];
-        kt_axes_at_zero(link, data->motion[0].axes, base);
-        apply_axes(base, joint, b);
-    } else {
-        memcpy(b, joint, 3 * sizeof *b);
-    }
-    apply_axes(data->motion[i].axes, joint + 3, b + 3);
-}
-
-/* The half columns of a free joint, whose link the force f = b and the moment n = b + 3 accelerate. With the factor L
- * of M, the columns for f are L^-1 f. With the factor L of J - H M^-1 G, the columns for n are L^-1 (n - H M^-1 f)
- * (aba.h). */
-KT_INLINE void reduce_free_link(const kt_articulated *factors, kt_v4 *b, kt_v4 *column) {
-    for (int c = 0; c < 3; c++)
-        b[c + 3] -= along_half(factors->g[c], b);
-    reduce3(factors->m[0], b);
-    reduce3(factors->j[0], b + 3);
-    memcpy(column, b, 6 * sizeof *b);
-}
-
-/* The half columns of one link; p: wrenches on it, then those on its parent. applied: joint forces act, too. */
-KT_INLINE void reduce_link(const kt_model *model, const kt_data *data, int32_t i, bool applied, kt_v4 *column,
-                           wrenches *p) {
-    const kt_link *link = &model->link[i];
-    kt_v4 b[6], own[6];
-    if (link->motion != KT_MOTION_FREE) {
-        const kt_response *y = &data->response[i];
-        kt_v4 n, f;
-        axis_of(link, &data->motion[i], &n, &f);
-        column[0] -= along(n, f, p);
-        shift(data->motion[i].offset, p);
-        add_gain(y->gain_angular, y->gain_linear, column[0], p);
-        return;
-    }
-    if (applied)
-        apply_free(link, data, i, column, own);
-    for (int c = 0; c < 6; c++)
-        b[c] = applied ? own[c] - p->x[(c + 3) % 6] : -p->x[(c + 3) % 6];
-    reduce_free_link(&data->articulated[link->articulated], b, column);
-}
-
-/* The half columns of a free link on which no other link of the group acts. */
-static __attribute__((noinline)) void find_free_leaf(const kt_model *model, const kt_data *data, int32_t i,
-                                                     const batch *b) {
-    const kt_link *link = &model->link[i];
-    kt_v4 x[6], *column = b->column + link->local;
-    bool nonzero = false;
-    for (int c = 0; c < 6; c++) {
-        x[c] = column[c] = b->forces ? kt_v4_splat(0.0) : entries(b, link->local + c);
-        nonzero = nonzero || (!b->forces && !is_zero(x[c]));
-    }
-    if (b->forces)
-        nonzero = load_link(b, i, 1.0, x + 3, x);
-    else if (nonzero)
-        apply_free(link, data, i, column, x);
-    if (nonzero)
-        reduce_free_link(&data->articulated[link->articulated], x, column);
-    if (b->is_nonzero)
-        memset(b->is_nonzero + link->local, nonzero, 6);
-}
-
-KT_INLINE void add_flow(const kt_half *h, int32_t local, const wrenches *p) {
-    for (int c = 0; c < 6; c++)
-        h->flow[6 * local + c] = h->has_flow[local] ? h->flow[6 * local + c] + p->x[c] : p->x[c];
-    h->has_flow[local] = 1;
-}
-
-static void find_half_columns(const kt_model *model, const kt_data *data, const kt_group *group, const kt_half *h,
-                              const batch *b) {
-    const int32_t *link = model->group_link + group->link;
-    bool from_child = false;
-    wrenches p;
-    if (group->link_count == 1 && model->link[link[0]].motion == KT_MOTION_FREE) {
-        find_free_leaf(model, data, link[0], b);
-        return;
-    }
-    memset(h->has_flow, 0, (size_t)h->m);
-    for (int l = group->link_count - 1; l >= 0; l--) {
-        const kt_link *at = &model->link[link[l]];
-        const int32_t local = at->local, up = at->parent;
-        kt_v4 *column = b->column + local;
-        if (at->motion == KT_MOTION_FREE && !from_child && !h->has_flow[local]) { /* its parent is the ground */
-            find_free_leaf(model, data, link[l], b);
-            continue;
-        }
-        for (int c = 0; c < 6 && !from_child; c++)
-            p.x[c] = kt_v4_splat(0.0);
-        for (int c = 0; c < 6 && h->has_flow[local]; c++)
-            p.x[c] += h->flow[6 * local + c];
-        bool nonzero = load_link(b, link[l], -1.0, p.x, p.x + 3) || from_child || h->has_flow[local];
-        for (int k = 0; k < kt_link_dofs(at); k++) {
-            column[k] = b->forces ? kt_v4_splat(0.0) : entries(b, local + k);
-            nonzero = nonzero || (!b->forces && !is_zero(column[k]));
-        }
-        for (int k = 0; k < kt_link_dofs(at) && b->is_nonzero; k++)
-            b->is_nonzero[local + k] = nonzero;
-        if (nonzero)
-            reduce_link(model, data, link[l], b->forces == 0, column, &p);
-        from_child = nonzero && l > 0 && up == link[l - 1];
-        if (nonzero && !from_child && up != 0)
-            add_flow(h, model->link[up].local, &p);
-    }
-}
+/* ---- S ----------------------------------------------------------------------------------------------------------- */
 
 /* The batch of equations; if there are fewer than four, the others are zero. */
-static batch equations(const kt_model *model, const kt_group_work *w, const kt_half *h, int index) {
+static kt_half_batch equations(const kt_model *model, const kt_group_work *w, const kt_half *h, int index) {
     const size_t first = (size_t)index * (size_t)h->m;
-    batch b = {.column = h->column + first, .is_nonzero = h->is_nonzero + first};
+    kt_half_batch b = {.column = h->column + first, .is_nonzero = h->is_nonzero + first};
     for (int r = 0; r < LANES; r++) {
         const int32_t slot = h->slot[LANES * index + r];
         b.row[r] = slot >= 0 ? w->a + (size_t)slot * (size_t)w->m : model->zero;
     }
     return b;
 }
-
-/* ---- S ----------------------------------------------------------------------------------------------------------- */
 
 /* Rows and columns of vector i, of so many equations. Also lambda = b'' - A M^-1 f of these. */
 KT_INLINE void find_half_diagonal_of(const kt_group_work *w, const kt_half *h, int i, int columns) {
@@ -475,8 +288,8 @@ bool KT_KERNEL(kt_half_solve)(const kt_model *model, kt_data *data, size_t g) {
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     find_free_accelerations(model, data, group, h);
     for (int b = 0; b < h->n; b++) {
-        const batch rows = equations(model, &w, h, b);
-        find_half_columns(model, data, group, h, &rows);
+        const kt_half_batch rows = equations(model, &w, h, b);
+        kt_half_find_columns(model, data, group, h, &rows);
         for (int j = 0; j < b; j++)
             find_half_block(h, b, j);
         find_half_diagonal(&w, h, b);
@@ -564,8 +377,8 @@ void KT_KERNEL(kt_half_respond)(const kt_model *model, const kt_data *data, size
         memset(change, 0, (size_t)count * rows * sizeof *change);
     for (int j = 0; j < count; j += LANES) {
         kt_v4 *u = (kt_v4 *)(void *)column + (size_t)j / LANES * (size_t)h->m, *x = h->change;
-        const batch b = {.force = force + j, .forces = count - j < LANES ? count - j : LANES, .column = u};
-        find_half_columns(model, data, group, h, &b);
+        const kt_half_batch b = {.force = force + j, .forces = count - j < LANES ? count - j : LANES, .column = u};
+        kt_half_find_columns(model, data, group, h, &b);
         find_multiplier_changes(h, u, x);
         for (int r = 0; r < h->rank; r++)
             for (int k = 0; k < b.forces; k++)
