@@ -196,6 +196,11 @@ static bool is_seen_from_its_edge(const kt_sheet *sheet, const kt_picture_plane 
     return fabs(kt_camera_point(&sheet->drawing->camera, pose.rotation.z).z) < 0.02;
 }
 
+bool kt_plane_is_paper(const kt_drawing *d, const kt_picture_plane *plane, const kt_pose *poses) {
+    const kt_vec3 normal = kt_body_frame_pose(&plane->frame, poses).rotation.z;
+    return d->picture->is_planar && fabs(kt_camera_point(&d->camera, normal).z) > 1.0 - 1e-9;
+}
+
 /* A plane seen from its edge is hatched ground. Other planes are squares with lines, as a floor for the things on
  * them. */
 static void paint_plane(const kt_sheet *sheet, const kt_picture_plane *plane) {
@@ -233,9 +238,10 @@ static void paint_plane(const kt_sheet *sheet, const kt_picture_plane *plane) {
 
 void kt_paint_ground(const kt_sheet *sheet) {
     const kt_picture *p = sheet->drawing->picture;
-    for (int edge = 0; edge < 2; edge++) /* squares first: that of a planar joint would cover the ground of a contact */
+    for (int edge = 0; edge < 2; edge++) /* squares first: they would cover the ground of a contact */
         for (int i = 0; i < p->plane_count; i++)
-            if (is_seen_from_its_edge(sheet, &p->planes[i]) == (edge == 1))
+            if (is_seen_from_its_edge(sheet, &p->planes[i]) == (edge == 1) &&
+                !kt_plane_is_paper(sheet->drawing, &p->planes[i], sheet->poses))
                 paint_plane(sheet, &p->planes[i]);
     for (int i = 0; i < p->joint_count && sheet->drawing->is_diagram; i++)
         if (p->joints[i].type == KT_JOINT_PRISMATIC)

@@ -86,7 +86,7 @@ static void widen_by_markers(layout *l, const kt_drawing *d, const kt_pose *pose
 
 static void widen_by_planes(layout *l, const kt_drawing *d, const kt_pose *poses) {
     for (int i = 0; i < d->picture->plane_count; i++)
-        for (int k = 0; k < 4; k++) {
+        for (int k = 0; k < 4 && !kt_plane_is_paper(d, &d->picture->planes[i], poses); k++) {
             const kt_picture_plane *plane = &d->picture->planes[i];
             const kt_vec3 corner =
                 kt_vec3_make(k % 2 ? plane->half : -plane->half, k / 2 ? plane->half : -plane->half, 0.0);

@@ -169,6 +169,10 @@ void kt_paint_relations(const kt_sheet *sheet);
 
 /* Paints the things behind all solids: planes, and in diagrams the ground. */
 void kt_paint_ground(const kt_sheet *sheet);
+
+/* Whether a plane is that of the paper: a planar mechanism moves in it, and it is not drawn. Its square would be larger
+ * than the motion. */
+bool kt_plane_is_paper(const kt_drawing *d, const kt_picture_plane *plane, const kt_pose *poses);
 /* Paints the things in front of all solids (symbol.c): joints, loops and springs of diagrams; axes, arrows, markers,
  * names. */
 void kt_paint_symbols(const kt_sheet *sheet);
