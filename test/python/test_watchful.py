@@ -80,6 +80,18 @@ def test_a_box_that_flies_is_reported_in_each_way_to_move_it(box, held):
                 pass
 
 
+def test_the_energy_of_a_motion_is_known_before_a_fault(held):
+    """A mass falls by 0.25 m, 2.4525 J per kg, onto a floor on which steps of 0.01 s fail within a few steps."""
+    body = {"name": "p", "joint": {"type": "prismatic", "axis": "z", "position": 0.3}, "mass": 1, "markers": {"c": [0, 0, 0]}}
+    floor = {"type": "contact", "point": "p.c", "radius": 0.05, "plane": "world", "axis": "z", "stiffness": 1e6}
+    scene = kt.Scene({"kinetree": 1, "gravity": [0, 0, -9.81], "bodies": [body], "effects": [floor], "simulate": {"duration": 1}})
+    found = caught(lambda: [None for _ in scene.simulation(step=0.01, integrator="rk4")])
+    energies = [float(each) for words in found for each in re.findall(r"times the energy of the motion \(([-+.\de]+) J\)", words)]
+    print("      ", found)
+    assert len(energies) == 1
+    held(abs(energies[0] / 2.4525 - 1), 0.1, "off the energy of the fall")
+
+
 def test_an_unstable_step_is_reported():
     scene = kt.Scene(PENDULUM + "effects: [{name: d, type: joint_damper, joint: arm, damping: 940}]\n")
     simulation = scene.simulation(step=5e-4)

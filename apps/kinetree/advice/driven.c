@@ -2,7 +2,8 @@
  *
  * `kinetree run` receives all records, and ends once. A program may stop at any time, set torques, jump, and begin
  * again. Therefore the watch samples the state itself, once in KT_DRIVEN_STEPS steps, and applies the rules of
- * `kinetree run` to these samples, as if the run ended at the present time. Two things differ from a run.
+ * `kinetree run` to these samples, as if the run ended at the present time. The first samples are closer together, so
+ * that the energy of the motion is known before a fault. Two things differ from a run.
  *
  *   Energy. Torques of a program supply energy. To integrate their work would cost one more evaluation for each change
  *     of a torque. The energy is therefore watched without torques only. After a jump or a new parameter the watch
@@ -23,6 +24,7 @@
 
 enum {
     KT_DRIVEN_STEPS = 32, /* between two states */
+    CLOSER = 8,           /* a state follows after 1 / CLOSER of the steps so far, if these are fewer */
     FIRST = 1024          /* steps before the first verdict on the energy */
 };
 
@@ -37,6 +39,7 @@ struct kt_driven {
     bool has_begun;        /* likewise, the state before the first step after a restart */
     bool has_news;         /* kt_driven_warnings has something to report */
     bool is_over;          /* likewise, the state at the duration */
+    uint64_t begun;        /* steps at the latest start */
     uint64_t due, verdict; /* steps at the next state and at the next verdict */
     double judged_rate;    /* 1/s, of the fastest mode at the last verdict on the step */
 };
@@ -101,7 +104,8 @@ void kt_driven_record(kt_driven *driven, const kt_record *record) {
 static void take_state(kt_driven *driven, uint64_t steps, bool is_over) {
     kt_record record;
     kt_error error;
-    driven->due = steps + KT_DRIVEN_STEPS;
+    const uint64_t pause = (steps - driven->begun) / CLOSER;
+    driven->due = steps + (pause < 1 ? 1 : pause < KT_DRIVEN_STEPS ? pause : KT_DRIVEN_STEPS);
     if (!driven->calls && kt_simulation_sense(driven->outcome.simulation, &record, &error) == KT_OK)
         kt_driven_record(driven, &record); /* else the next step reports the error */
     if (steps >= driven->verdict) {
@@ -122,6 +126,7 @@ void kt_driven_begin(kt_driven *driven) {
     driven->has_started = driven->has_begun = true;
     const uint64_t steps = kt_simulation_counts_of(driven->outcome.simulation).steps;
     driven->verdict = steps + FIRST;
+    driven->begun = steps;
     take_state(driven, steps, false);
 }
 

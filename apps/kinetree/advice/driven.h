@@ -16,9 +16,9 @@ kt_driven *kt_driven_create(const kt_scene *scene, const kt_model *model, const 
 void kt_driven_free(kt_driven *driven);
 
 /* kt_driven_begin takes the state before the first step after a restart. kt_driven_take takes the state after a call
- * that has moved the simulation, once in KT_DRIVEN_STEPS steps. The result is true if the states show a fault that has
- * not been reported: the caller should fetch the warnings. Cost: nothing in most calls; else that of a record, and for
- * fixed steps of a fiftieth of all evaluations. */
+ * that has moved the simulation, once in 32 steps, and more often at first. The result is true if the states show a
+ * fault that has not been reported: the caller should fetch the warnings. Cost: nothing in most calls; else that of a
+ * record, and for fixed steps of a fiftieth of all evaluations. */
 void kt_driven_begin(kt_driven *driven);
 bool kt_driven_take(kt_driven *driven);
 /* Takes a record of kt_simulation_run in place of the present state. */
