@@ -59,8 +59,11 @@ def test_bundled_scenes_load_by_name(tmp_path, monkeypatch):
     assert kt.load("double-pendulum").model.nv == 2 and kt.load("four-bar.yaml").model.nv == 3
     (tmp_path / "four-bar.yaml").write_text("kinetree: 1\nbodies: [{name: a, joint: {type: prismatic, axis: x}, mass: 1}]\n")
     assert kt.load("four-bar.yaml").model.nv == 1  # a file comes first
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(FileNotFoundError, match="did you mean the bundled scene 'double-pendulum'"):
         kt.load("double-pendulumm")
+    with pytest.raises(FileNotFoundError) as caught:
+        kt.load("nothing-of-this-kind.yaml")
+    assert "did you mean" not in str(caught.value) and caught.value.filename == "nothing-of-this-kind.yaml"
 
 
 def test_a_scene_is_shown_without_a_run(monkeypatch):

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
+import difflib
+import errno
 import json
 import os
 import pathlib
@@ -11,7 +13,7 @@ from typing import Any, List, Optional, Union
 import numpy as np
 
 from . import command
-from ._core import Json
+from ._core import Json, file_error, lib
 
 _ITEM = re.compile(r'(?:"((?:[^"\\]|\\.)*)": )?(.*?),?$')
 _PLACE = re.compile(r"scene:(\d+):(\d+)")
@@ -95,8 +97,13 @@ def found(path: str) -> str:
     if os.path.exists(path) or os.path.dirname(path) or os.path.splitext(path)[1] not in ("", ".yaml"):
         return path
     folder = bundled()
-    scene = folder and folder / (path if path.endswith(".yaml") else f"{path}.yaml")
-    return str(scene) if scene and scene.is_file() else path
+    scenes = {each.stem: each for each in folder.glob("*.yaml")} if folder else {}
+    name = path.removesuffix(".yaml")
+    near = difflib.get_close_matches(name, scenes, 1)
+    if name not in scenes and near:
+        missing = os.strerror(errno.ENOENT)
+        raise file_error(lib.KT_ERROR_FILE, path, f"cannot be read: {missing}; did you mean the bundled scene '{near[0]}'?")
+    return str(scenes.get(name, path))
 
 
 def arrays(value: Any) -> Any:
