@@ -121,10 +121,6 @@ KT_INLINE int evaluate_wrench(const kt_model *model, const surroundings *in, con
     return effect->wrench(effect->user, in->at->t, end, wrench, balance);
 }
 
-KT_INLINE coordinate joint_coordinate(const kt_dynamic_state *at, const kt_link *link) {
-    return (coordinate){at->q[link->q], at->v[link->v]};
-}
-
 /* Computes the force of any effect, and the wrenches on its ends. Returns the code of a callback, otherwise 0. */
 static int evaluate_load(const kt_model *model, const surroundings *in, const kt_effect_record *effect,
                          const kt_effect_end end[2], kt_effect_load *load, kt_effect_balance *balance) {
@@ -140,10 +136,11 @@ static int evaluate_load(const kt_model *model, const surroundings *in, const kt
         load->wrench[0].moment.x = path.length - path.length; /* NaN: it has no line */
         return code;
     }
-    return effect->ends > 0 ? evaluate_wrench(model, in, effect, kind, end, load->wrench, balance)
-                            : evaluate_joint_force(model, in, effect, kind, NULL,
-                                                   joint_coordinate(in->at, &model->link[effect->link[0]]),
-                                                   &load->joint_force, balance);
+    if (effect->ends > 0)
+        return evaluate_wrench(model, in, effect, kind, end, load->wrench, balance);
+    const kt_link *link = &model->link[effect->link[0]];
+    return evaluate_joint_force(model, in, effect, kind, NULL, (coordinate){in->at->q[link->q], in->at->v[link->v]},
+                                &load->joint_force, balance);
 }
 
 static bool is_load_finite(const kt_effect_load *load) {
@@ -164,11 +161,12 @@ KT_INLINE bool apply_joint_forces(sum *s, const kt_effect_batch *batch) {
     for (int32_t i = batch->first; i < batch->first + batch->count; i++) {
         const kt_effect_record *effect = &s->model->effect[i];
         const kt_link *link = &s->model->link[effect->link[0]];
+        const coordinate x = {s->at->q[link->q], s->at->v[link->v]};
         double force;
         if (s->differenced && !kt_effect_is_differenced(effect))
             continue;
         const surroundings in = {.data = s->data, .at = s->at};
-        s->code = evaluate_joint_force(s->model, &in, effect, kind, NULL, joint_coordinate(s->at, link), &force, asked);
+        s->code = evaluate_joint_force(s->model, &in, effect, kind, NULL, x, &force, asked);
         s->failed = effect;
         if (s->code != 0)
             return false;

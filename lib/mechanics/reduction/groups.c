@@ -75,19 +75,6 @@ bool KT_KERNEL(kt_groups_refactor)(const kt_model *model, kt_data *data) {
     return some;
 }
 
-/* Closes a group with its special form if `special`; otherwise factors the group. */
-static bool least_step_special(const kt_model *model, kt_data *data, size_t g, double *step) {
-    if (model->group[g].form == KT_FORM_DELASSUS) {
-        KT_KERNEL(kt_delassus_least)(model, data, g, step);
-        return true;
-    }
-    if (KT_KERNEL(kt_front4_solve)(model, data, g, NULL, step))
-        return true;
-    (void)KT_KERNEL(kt_group_factor)(model, data, g, data->factored[g],
-                                     data->special_form[g] == KT_SPECIAL_FORM_REGULAR);
-    return false;
-}
-
 bool KT_KERNEL(kt_groups_least_step)(const kt_model *model, kt_data *data, double *step) {
     assert(kt_data_serve(model, data) && step != model->zero);
     const kt_reduction_kind *kind = model->reduction;
@@ -95,8 +82,16 @@ bool KT_KERNEL(kt_groups_least_step)(const kt_model *model, kt_data *data, doubl
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
         const kt_group *group = &model->group[g];
-        if (data->special_form[g] && least_step_special(model, data, g, step))
+        if (data->special_form[g] && group->form == KT_FORM_DELASSUS) {
+            KT_KERNEL(kt_delassus_least)(model, data, g, step);
             continue;
+        }
+        if (data->special_form[g]) { /* if front4.h finds no step, the general method does */
+            if (KT_KERNEL(kt_front4_solve)(model, data, g, NULL, step))
+                continue;
+            (void)KT_KERNEL(kt_group_factor)(model, data, g, data->factored[g],
+                                             data->special_form[g] == KT_SPECIAL_FORM_REGULAR);
+        }
         if (kt_group_has_fronts(group)) {
             const kt_front_aim aim = {.kind = KT_FRONT_COORDINATES};
             if (!KT_KERNEL(kt_front_reduce)(model, data, g, &aim, NULL))
