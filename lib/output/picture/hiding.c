@@ -27,55 +27,6 @@ enum {
     CYCLES_MAX = 12, /* that are cut open */
 };
 
-/* ---- the list ---------------------------------------------------------------------------------------------------- */
-
-static bool add_piece(kt_pieces *pieces, kt_piece piece) {
-    kt_piece *more = kt_heap_grow(pieces->items, (size_t)pieces->count, 1, &pieces->room, sizeof *more);
-    if (more == NULL)
-        return false;
-    pieces->items = more;
-    pieces->items[pieces->count++] = piece;
-    return true;
-}
-
-bool kt_pieces_add(kt_pieces *pieces, const kt_solid *solid, int thing, bool shines) {
-    kt_piece piece = {.solid = *solid, .thing = thing, .shines = shines};
-    kt_solid *s = &piece.solid;
-    const kt_mat3 r = s->pose.rotation;
-    const kt_vec3 h = s->half;
-    if (s->type == KT_SOLID_BOX && h.x > h.z && h.x >= h.y) { /* x, y, z become y, z, x */
-        s->pose.rotation = (kt_mat3){r.y, r.z, r.x};
-        s->half = kt_vec3_make(h.y, h.z, h.x);
-    } else if (s->type == KT_SOLID_BOX && h.y > h.z) {
-        s->pose.rotation = (kt_mat3){r.z, r.x, r.y};
-        s->half = kt_vec3_make(h.z, h.x, h.y);
-    }
-    piece.low = -s->half.z;
-    piece.high = s->half.z;
-    return add_piece(pieces, piece);
-}
-
-void kt_pieces_free(kt_pieces *pieces) {
-    free(pieces->items);
-    *pieces = (kt_pieces){0};
-}
-
-/* A cut rod counts as a cylinder. At an end that was not cut, the cylinder extends to the tip of the rod. */
-kt_solid kt_piece_solid(const kt_piece *piece) {
-    kt_solid solid = piece->solid;
-    double low = piece->low, high = piece->high;
-    if (solid.type == KT_SOLID_SPHERE || high - low == 2.0 * solid.half.z)
-        return solid;
-    if (solid.type == KT_SOLID_ROD) {
-        low -= low == -solid.half.z ? solid.half.x : 0.0;
-        high += high == solid.half.z ? solid.half.x : 0.0;
-        solid.type = KT_SOLID_CYLINDER;
-    }
-    solid.pose.position = kt_pose_apply(solid.pose, kt_vec3_make(0.0, 0.0, 0.5 * (low + high)));
-    solid.half.z = 0.5 * (high - low);
-    return solid;
-}
-
 /* ---- one pair ---------------------------------------------------------------------------------------------------- */
 
 /* A piece, and its quantities that are needed repeatedly. */
@@ -242,7 +193,7 @@ static bool cut_all(kt_pieces *pieces, cuts *all) {
         qsort(all[i].at, (size_t)all[i].count, sizeof all[i].at[0], kt_compare_numbers);
         for (int k = 0; k <= all[i].count && fine; k++) {
             piece.high = k < all[i].count ? all[i].at[k] : high;
-            fine = add_piece(&made, piece);
+            fine = kt_pieces_append(&made, piece);
             piece.low = piece.high;
         }
     }
@@ -573,6 +524,8 @@ static int compare_diagram_keys(const void *a, const void *b) {
     return p->layer != q->layer ? (p->layer > q->layer ? 1 : -1) : p->width < q->width ? 1 : -1;
 }
 
+/* Sorts the pieces of a diagram by that order. z points to the viewer, and depths are rounded to the tolerance. Returns
+ * false if there is no memory. */
 static bool sort_diagram(kt_pieces *pieces, double tolerance) {
     const size_t count = (size_t)pieces->count;
     diagram_key *keys = malloc(count * sizeof *keys + 1);

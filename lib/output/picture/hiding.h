@@ -28,6 +28,8 @@ typedef struct kt_pieces {
 /* Adds a whole solid, in the camera's frame. The longest edge of a box becomes its z. Returns false if memory is
  * insufficient. */
 bool kt_pieces_add(kt_pieces *pieces, const kt_solid *solid, int thing, bool shines);
+/* Adds a piece as it is. Returns false if memory is insufficient. */
+bool kt_pieces_append(kt_pieces *pieces, kt_piece piece);
 void kt_pieces_free(kt_pieces *pieces);
 
 /* The solid that a piece is. */
