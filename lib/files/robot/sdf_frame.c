@@ -298,7 +298,9 @@ static void find_frame_base(kt_sdf *m, int i) {
 
 /* ---- placement --------------------------------------------------------------------------------------------------- */
 
-/* Puts the inverse of the placed frame's pose behind that of its model; models within it have theirs already. */
+/* With `placement_frame` F, the pose X of an included model is that of its frame F. The frame of the model itself, in
+ * which F has the pose P, then has the pose X P^-1. P is the product of the poses from F up to the model. Models within
+ * the model are placed before, since F may belong to one of them. */
 static void place_model(kt_sdf *m, int model) {
     kt_sdf_frame *f = kt_sdf_frame_at(m, model);
     kt_pose pose = kt_pose_identity();

@@ -167,7 +167,8 @@ static bool add_formula_terms(kt_reader *r, const joint_names *names, kt_loop *l
     return true;
 }
 
-/* The offset is an angle if one of the formula's joints turns. A loop with coefficients has its quantity from these. */
+/* Sets whether the offset of a coupling by a formula is an angle (with the unit deg) or a number. It is an angle if one
+ * of the joints that the formula reads turns. For a coupling by coefficients, their reader decides. */
 static void set_quantity(kt_reader *r, const joint_names *names) {
     r->scene->joint_quantity = KT_QUANTITY_NUMBER;
     for (int i = 0; i < names->count; i++)

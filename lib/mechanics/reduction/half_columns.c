@@ -141,7 +141,11 @@ static void find_accelerations_of_free_joint(const kt_half *h, int local, const 
     }
 }
 
-/* A0, and y - K A0, from the ground to the tips. */
+/* A0 and y - K A0_parent, from the ground to the tips:
+ *
+ *     A0 = shift(A0_parent) + c,   with the ground's acceleration minus gravity, and c due to velocities
+ *
+ * The acceleration of a free joint is stored as a whole, so that A0 is subtracted. */
 static void find_free_accelerations(const kt_model *model, const kt_data *data, const kt_group *group,
                                     const kt_half *h) {
     const int32_t *link = model->group_link + group->link;

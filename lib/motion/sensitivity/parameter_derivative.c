@@ -84,12 +84,13 @@ kt_status kt_parameter_inertia(const kt_model *model, kt_data *data, const kt_pa
     return status;
 }
 
-/* phi, -b' and b'' */
+/* phi */
 static kt_status find_loop_gap(const kt_model *model, kt_data *data, const kt_parameter_point *at, double *out,
                                kt_error *error) {
     return kt_loop_equations(model, data, at->t, at->q, NULL, NULL, out, NULL, NULL, error);
 }
 
+/* -b' = phi_t: kt_loop_equations returns b', for which A v = b'. */
 static kt_status find_loop_rate(const kt_model *model, kt_data *data, const kt_parameter_point *at, double *out,
                                 kt_error *error) {
     const kt_status status = kt_loop_equations(model, data, at->t, at->q, at->v, NULL, NULL, out, NULL, error);

@@ -112,7 +112,11 @@ static void write_force_weights(kt_modes *m, const kt_linear_system *system, kt_
     }
 }
 
-/* The error bound of lambda (see above). */
+/* The error bound of eigenvalue k, with its eigenvectors x (right) and w (left), and |A| in `norm`:
+ *
+ *     4 (|w|' D |x| + |w_v' R| F |x|) / |w' x| + eps |A| / s,   at most Elsner's bound (2 |A|)^(1 - 1/n) |E|^(1/n)
+ *
+ * The sum runs over columns j: (|w|' D + |w_v' R| F)_j |x_j|. F may be absent (force_error). */
 static double mode_error_of(kt_modes *m, const kt_linear_system *system, size_t k, double norm) {
     const size_t n = (size_t)system->states, nv = (size_t)system->coordinates;
     const kt_packed_vector w = kt_eigenvector_at(m, m->left, n, k), x = kt_eigenvector_at(m, m->right, n, k);
@@ -127,7 +131,7 @@ static double mode_error_of(kt_modes *m, const kt_linear_system *system, size_t 
             column += m->by_force[i] * system->force_error[j * nv + i];
         sum += column * size_at(x, j);
     }
-    const double whole = kt_modes_product(m, n, k), part = fmax(system->error, DBL_EPSILON);
+    const double whole = kt_modes_product(m, n, k), part = fmax(system->error, DBL_EPSILON); /* |w' x|, |E| / |A| */
     const double most = 2.0 * norm * pow(0.5 * part, 1.0 / (double)n);
     return fmin((sum > 0.0 ? TIMES * sum / whole : 0.0) + DBL_EPSILON * norm / m->condition[k], most);
 }
