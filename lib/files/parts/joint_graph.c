@@ -182,7 +182,10 @@ static bool has_armature(const kt_joint *joint) {
     return false;
 }
 
-/* A fixed joint makes no coordinate, and a free one no loop. */
+/* The weight of a joint as an edge of the tree, which has the least weight of all trees (spanning.c). Joints outside
+ * of the tree become loops. The lowest digit counts coordinates, so that the tree has few of them. Joints that have a
+ * start, or are chosen as coordinates, lack the higher digits, and are preferred. A fixed joint makes no coordinate,
+ * and a free one no loop. */
 static int weight_of(const kt_graph_joint *j) {
     if (j->joint.type == KT_JOINT_FIXED || j->joint.type == KT_JOINT_FREE)
         return 0;

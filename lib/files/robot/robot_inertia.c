@@ -25,24 +25,24 @@ typedef struct part {
 } part;
 
 typedef struct parts {
-    kt_inertia_findings *j;
+    kt_inertia_findings *findings;
     int *first;    /* of bodies: the first body of its part; -1: not found yet */
     kt_pose *pose; /* of bodies: in that body's frame */
     int *path;     /* bodies on the way to the first one */
     part *part;    /* of first bodies */
 } parts;
 
-static bool take_parts(parts *p, kt_inertia_findings *j) {
-    kt_reader *r = j->d->r;
-    const size_t count = (size_t)j->d->bodies.count + 1;
-    *p = (parts){.j = j};
+static bool take_parts(parts *p, kt_inertia_findings *findings) {
+    kt_reader *r = findings->d->r;
+    const size_t count = (size_t)findings->d->bodies.count + 1;
+    *p = (parts){.findings = findings};
     p->first = kt_reader_take(r, &r->scratch, count, sizeof *p->first);
     p->pose = kt_reader_take(r, &r->scratch, count, sizeof *p->pose);
     p->path = kt_reader_take(r, &r->scratch, count, sizeof *p->path);
     p->part = kt_reader_take(r, &r->scratch, count, sizeof *p->part);
     if (p->first == NULL || p->pose == NULL || p->path == NULL || p->part == NULL)
         return false;
-    for (int i = 0; i < j->d->bodies.count; i++) {
+    for (int i = 0; i < findings->d->bodies.count; i++) {
         p->first[i] = -1;
         p->part[i] = (part){.moment = kt_vec3_make(0.0, 0.0, 0.0)};
     }
@@ -51,13 +51,13 @@ static bool take_parts(parts *p, kt_inertia_findings *j) {
 
 /* The body that a body is fixed to; -1: it moves on its parent, or is fixed to the world. */
 static int fixed_to(const parts *p, int b) {
-    return kt_draft_body_at(p->j->d, b)->joint.type == KT_JOINT_FIXED ? p->j->d->parents[b] : -1;
+    return kt_draft_body_at(p->findings->d, b)->joint.type == KT_JOINT_FIXED ? p->findings->d->parents[b] : -1;
 }
 
 /* A walk over all bodies that meets a circle of parents ends there, and the check of the description reports the
  * circle. */
 static void find_firsts(parts *p) {
-    const kt_draft *d = p->j->d;
+    const kt_draft *d = p->findings->d;
     for (int i = 0; i < d->bodies.count; i++) {
         int count = 0, at = i;
         while (p->first[at] < 0 && fixed_to(p, at) >= 0 && count < d->bodies.count) {
@@ -83,7 +83,7 @@ static void find_firsts(parts *p) {
 /* Centre of mass and inertia of a body, about the axes of its part. */
 static void properties_of(const parts *p, int b, kt_vec3 *centre, kt_sym3 *inertia) {
     const kt_pose pose = p->pose[b];
-    kt_properties_of(kt_draft_body_at(p->j->d, b), centre, inertia);
+    kt_properties_of(kt_draft_body_at(p->findings->d, b), centre, inertia);
     *centre = kt_pose_apply(pose, *centre);
     *inertia = kt_sym3_rotate(pose.rotation, *inertia);
 }
@@ -91,7 +91,7 @@ static void properties_of(const parts *p, int b, kt_vec3 *centre, kt_sym3 *inert
 static part *part_of(const parts *p, int body) { return &p->part[p->first[body]]; }
 
 static void sum_parts(parts *p) {
-    const kt_draft *d = p->j->d;
+    const kt_draft *d = p->findings->d;
     const int count = d->bodies.count;
     for (int b = 0; b < count; b++) {
         part *all = part_of(p, b);
@@ -130,13 +130,13 @@ static double oddness(kt_sym3 inertia, kt_vec3 *moments) {
                                         : (double)INFINITY;
 }
 
-static bool accepts(const kt_inertia_findings *j, double odd) {
-    const kt_robot_inertia how = j->options->inertia;
+static bool accepts(const kt_inertia_findings *findings, double odd) {
+    const kt_robot_inertia how = findings->options->inertia;
     return odd <= 0.0 || how == KT_ROBOT_INERTIA_ACCEPT || (how == KT_ROBOT_INERTIA_WARN && odd <= excess_most);
 }
 
-static void reject_inertia(kt_inertia_findings *j, const kt_element *e, kt_vec3 m, double odd) {
-    (void)kt_robot_fault(j->d->r, e,
+static void reject_inertia(kt_inertia_findings *findings, const kt_element *e, kt_vec3 m, double odd) {
+    (void)kt_robot_fault(findings->d->r, e,
                          "the principal moments are %g, %g, %g, and with what is fixed to it, too, %s: no body has a "
                          "negative one, or one above the sum of the two others; check units, order and the axes of "
                          "<origin>, or accept it with --inertia %s",
@@ -147,38 +147,38 @@ static void reject_inertia(kt_inertia_findings *j, const kt_element *e, kt_vec3 
 /* Whether an inertia is the rounding error of a zero. The scale is the inertia of the part plus the moment m c^2 about
  * the link's origin. The parallel-axis theorem subtracts a term as large as this moment. */
 static bool is_rounding(const parts *p, int b) {
-    const kt_body *body = kt_draft_body_at(p->j->d, b);
+    const kt_body *body = kt_draft_body_at(p->findings->d, b);
     const double scale = largest(part_of(p, b)->inertia) + body->mass * kt_vec3_dot(body->com, body->com);
     return largest(body->inertia) <= 8.0 * DBL_EPSILON * scale;
 }
 
-static const kt_element *link_of(const kt_inertia_findings *j, int body) {
-    return ((const kt_element *const *)j->d->links.items)[body];
+static const kt_element *link_of(const kt_inertia_findings *findings, int body) {
+    return ((const kt_element *const *)findings->d->links.items)[body];
 }
 
 /* Checks a body whose own inertia is invalid, using the inertia of its part. */
 static void check_body(parts *p, int b, double own, kt_vec3 moments) {
-    kt_inertia_findings *j = p->j;
-    const kt_element *link = link_of(j, b), *inertial = kt_xml_child(link, "inertial");
+    kt_inertia_findings *findings = p->findings;
+    const kt_element *link = link_of(findings, b), *inertial = kt_xml_child(link, "inertial");
     const kt_element *e =
         inertial != NULL && kt_xml_child(inertial, "inertia") ? kt_xml_child(inertial, "inertia") : link;
     const part *all = part_of(p, b);
     kt_vec3 ignored;
     const double odd = all->moves ? oddness(all->inertia, &ignored) : 0.0;
-    if (!accepts(j, odd)) {
-        reject_inertia(j, e, moments, odd);
+    if (!accepts(findings, odd)) {
+        reject_inertia(findings, e, moments, odd);
         return;
     }
-    kt_left_count(odd > 0.0 ? &j->odd_inertias : &j->odd_links, e);
-    j->worst_excess = fmax(j->worst_excess, odd);
+    kt_left_count(odd > 0.0 ? &findings->odd_inertias : &findings->odd_links, e);
+    findings->worst_excess = fmax(findings->worst_excess, odd);
     if (own > KT_INERTIA_EXCESS_MAX)
-        j->limit = KT_INERTIA_ACCEPT;
+        findings->limit = KT_INERTIA_ACCEPT;
 }
 
-void kt_inertias_check(kt_inertia_findings *j, kt_draft *d, const kt_robot_options *options) {
+void kt_inertias_check(kt_inertia_findings *findings, kt_draft *d, const kt_robot_options *options) {
     parts p;
-    *j = (kt_inertia_findings){.d = d, .options = options, .limit = KT_INERTIA_WARN};
-    if (!kt_draft_find_parents(d) || !take_parts(&p, j))
+    *findings = (kt_inertia_findings){.d = d, .options = options, .limit = KT_INERTIA_WARN};
+    if (!kt_draft_find_parents(d) || !take_parts(&p, findings))
         return;
     find_firsts(&p);
     sum_parts(&p);
@@ -189,7 +189,7 @@ void kt_inertias_check(kt_inertia_findings *j, kt_draft *d, const kt_robot_optio
         if (!(own > 0.0))
             continue;
         if (is_rounding(&p, b)) {
-            kt_left_count(&j->nothings, link_of(j, b));
+            kt_left_count(&findings->nothings, link_of(findings, b));
             *inertia = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
         } else {
             check_body(&p, b, own, moments);
@@ -197,22 +197,22 @@ void kt_inertias_check(kt_inertia_findings *j, kt_draft *d, const kt_robot_optio
     }
 }
 
-void kt_inertia_notes(kt_notes *n, const kt_inertia_findings *j) {
+void kt_inertia_notes(kt_notes *notes, const kt_inertia_findings *findings) {
     kt_phrase by = {.length = 0};
-    kt_note_put(n, KT_NOTE_RANK_DETAIL, &j->nothings, "inertias that are nothing but rounding, taken for zero: %d",
-                j->nothings.count);
-    kt_note_put(n, KT_NOTE_RANK_DETAIL, &j->odd_links,
+    kt_note_put(notes, KT_NOTE_RANK_DETAIL, &findings->nothings,
+                "inertias that are nothing but rounding, taken for zero: %d", findings->nothings.count);
+    kt_note_put(notes, KT_NOTE_RANK_DETAIL, &findings->odd_links,
                 "impossible inertias of links, within rigid parts whose total inertia is possible (the scene has "
                 "'inertia_check: accept'): %d",
-                j->odd_links.count);
-    if (isinf(j->worst_excess))
+                findings->odd_links.count);
+    if (isinf(findings->worst_excess))
         kt_phrase_add(&by, "a principal moment being negative, or the only one");
     else
         kt_phrase_add(&by, "their largest principal moment exceeding the sum of the others by up to %.2g %% of it",
-                      100.0 * j->worst_excess);
+                      100.0 * findings->worst_excess);
     kt_note_put(
-        n, KT_NOTE_RANK_MOTION, &j->odd_inertias,
+        notes, KT_NOTE_RANK_MOTION, &findings->odd_inertias,
         "impossible inertias are used as they are, %s: %d; where such a part moves, accelerations may be wrong or "
         "not exist",
-        by.text, j->odd_inertias.count);
+        by.text, findings->odd_inertias.count);
 }

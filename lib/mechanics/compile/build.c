@@ -199,7 +199,7 @@ static kt_status store_bodies(build *b, kt_error *error) {
 }
 
 /* Stores the axes at rest and the pitch of the last link. Unrotated axes with a pitch of 0 are the default and need no
- * entry. */
+ * entry. link->rest is the distance from the link to the entry, in doubles (kt_link_rest_of). */
 static void store_rest(kt_model *m, kt_link *link, kt_mat3 axes, double pitch) {
     link->rest_is_rotated = !kt_mat3_is_same(axes, kt_mat3_identity());
     if (!link->rest_is_rotated && pitch == 0.0)

@@ -135,6 +135,8 @@ static double force_along(const kt_model *model, const kt_data *data, const kt_l
     return side * (kt_link_lengths(link) > 0 ? slides : turns + kt_link_pitch(link) * slides);
 }
 
+/* Finds the load L of friction e from the wrenches of joints and loops, by the table at the beginning of this file.
+ * Loads with one component are in load[0]. */
 static void take_load(const kt_model *model, kt_data *data, const kt_link_kinematics *links, const kt_wrench *joints,
                       const kt_effect_record *e, double load[3]) {
     const kt_link *link = &model->link[e->link[0]];

@@ -318,6 +318,9 @@ static kt_status measure_smallest(kt_projection_work *w, const double *q, kt_err
                               "the loops are at a singular position after the step; take a shorter or a longer one");
 }
 
+/* Let s be the size of the smallest direction after the projection. A residual of the size LEFT shifts positions by
+ * LEFT / s, and their derivatives by about LEFT / s^2, in units. The derivatives of velocities change with the
+ * velocity v along the path, too: by about 2 LEFT / s^2 times |v| / s. */
 kt_status kt_projection_reject_unknown(const kt_projection_work *w, const double *v, double by_q, double v_by_q,
                                        kt_error *error) {
     double speed = 0.0;
