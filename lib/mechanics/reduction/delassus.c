@@ -266,17 +266,6 @@ static kt_real1 orthonormalise_steps(const sweep *s, kt_rows rows, const kt_real
     return least;
 }
 
-/* Writes G = A A', in which rows are orthonormalised. If links are fixed, columns are in the units of coordinates. */
-static void find_square(const sweep *s, kt_real4 *square) {
-#ifndef KT_LANES
-    if (memchr(s->f.fixed, 1, (size_t)s->f.w.m)) {
-        find_square_in_units(s, square);
-        return;
-    }
-#endif
-    SWEEP(sweep_rows, s, false, square);
-}
-
 kt_condition KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
     assert(g < model->n.group && model->group[g].form == KT_FORM_DELASSUS);
     kt_real4 square[KT_DELASSUS_MAX], c[KT_DELASSUS_MAX];
@@ -290,7 +279,12 @@ kt_condition KT_KERNEL(kt_delassus_prepare)(const kt_model *model, kt_data *data
         kt_set_part4(&s.d.transform[r], r, kt_real1_splat(1.0));
     }
     set_loads(&s, 1.0);
-    find_square(&s, square);
+#ifndef KT_LANES
+    if (memchr(s.f.fixed, 1, (size_t)s.f.w.m)) /* coordinates that count as constants have the unit 0 */
+        find_square_in_units(&s, square);
+    else
+#endif
+        SWEEP(sweep_rows, &s, false, square);
     const kt_real1 last = orthonormalise_steps(&s, rows, square, c);
     kt_condition regular = kt_condition_true();
     if (kt_fails(&regular, (last > KT_NEAR_SINGULAR) & kt_is_finite1(last)))
