@@ -110,20 +110,27 @@ static const kt_reaction_share *share_of(const kt_outcome *outcome, const kt_col
     return relates ? &shares->of[shares->bodies + (size_t)column->index] : NULL;
 }
 
+/* Returns the largest force of a recorded reaction. */
+static double largest_force(const kt_outcome *outcome) {
+    const kt_columns *columns = outcome->columns;
+    double largest = 0.0;
+    for (size_t i = 0; i < columns->count; i++)
+        if (is_reaction(columns->columns[i].source) && columns->columns[i].component < 3)
+            largest = fmax(largest, largest_of(outcome, i));
+    return largest;
+}
+
 /* ---- redundant loops --------------------------------------------------------------------------------------------- */
 
 /* Lists the columns of components that are not unique and not zero. */
 static void list_columns(const kt_outcome *outcome, name_list *list, const kt_reaction_share **first) {
     const kt_columns *columns = outcome->columns;
-    double largest = 0.0;
+    const double largest = largest_force(outcome);
     int k;
-    for (size_t i = 0; i < columns->count; i++)
-        if (is_reaction(columns->columns[i].source) && columns->columns[i].component < 3)
-            largest = fmax(largest, largest_of(outcome, i));
     for (size_t i = 0; i < columns->count; i++) {
         const kt_reaction_share *share = share_of(outcome, &columns->columns[i], &k);
         char name[120];
-        if (share == NULL || (share->open >> k & 1U) == 0 ||
+        if (share == NULL || share->is_too_large || (share->open >> k & 1U) == 0 ||
             !(largest_of(outcome, i) > negligible * largest * (k >= 3 ? share->length : 1.0)))
             continue;
         (void)kt_column_name(columns, i, name, sizeof name);
@@ -138,7 +145,7 @@ static void list_read(const kt_outcome *outcome, name_list *list, const kt_react
     static const char *const kinds[] = {"reaction", "bearing"};
     for (size_t i = 0; i < shares->bodies + shares->loops; i++)
         for (int k = 0; k < 7; k++)
-            for (int kind = 0; kind < 2 && (shares->of[i].open >> k & 1U) != 0; kind++) {
+            for (int kind = 0; kind < 2 && (shares->of[i].open >> k & 1U) != 0 && !shares->of[i].is_too_large; kind++) {
                 char name[160];
                 const bool joint = i < shares->bodies;
                 (void)snprintf(name, sizeof name, "%s.%.100s.%s", kinds[kind],
@@ -171,10 +178,12 @@ static void warn_of_redundancy(kt_outcome *outcome) {
             list.text, list.count > 1 ? "are" : "is", first->length);
 }
 
-/* Returns whether an event or a column of the scene reads a component of the reaction of a loop. */
-static bool scene_reads_loop(const kt_outcome *outcome, int loop) {
+/* Returns whether an event or a column of the scene reads one of these components of the reaction of a loop; 0: any. */
+static bool scene_reads_loop(const kt_outcome *outcome, int loop, unsigned open) {
     for (int k = 0; k < 7; k++) {
         char name[160];
+        if (open != 0 && (open >> k & 1U) == 0)
+            continue;
         (void)snprintf(name, sizeof name, "reaction.%.100s.%s", kt_loop_name(outcome->model, loop), components[k]);
         if (scene_reads(outcome->scene, name))
             return true;
@@ -204,13 +213,34 @@ static int repeated_equations(const kt_model *model, int loop) {
     return 0;
 }
 
+/* Returns whether the reactions of joints may have one of these components, beyond rounding: they are not recorded, or
+ * a record shows it. 0: any component. */
+static bool may_have_components(const kt_outcome *outcome, const kt_reaction_share *share) {
+    const kt_columns *columns = outcome->columns;
+    const double largest = largest_force(outcome);
+    bool has = share->open == 0, is_recorded = false;
+    for (size_t i = 0; i < columns->count && !has; i++) {
+        const kt_column *c = &columns->columns[i];
+        is_recorded = is_recorded || c->source == KT_COLUMN_REACTION;
+        has = is_reaction(c->source) && (share->open >> c->component & 1U) != 0 &&
+              largest_of(outcome, i) > negligible * largest * (c->component >= 3 ? share->length : 1.0);
+    }
+    return has || !is_recorded;
+}
+
+/* Returns whether what is recorded or read of a loop, in a group that is too large, is not unique. */
+static bool shows_large_group(const kt_outcome *outcome, int loop) {
+    const kt_reaction_share *share = &outcome->shares.of[outcome->shares.bodies + (size_t)loop];
+    return share->is_too_large && ((records_loop(outcome, loop) && may_have_components(outcome, share)) ||
+                                   scene_reads_loop(outcome, loop, share->open));
+}
+
 /* Names loops in groups that are too large, if their reactions are recorded or read. */
 static void warn_of_large_groups(kt_outcome *outcome) {
     name_list list = {.count = 0};
     int repeated = 0;
     for (size_t i = 0; i < outcome->shares.loops; i++)
-        if (outcome->shares.of[outcome->shares.bodies + i].is_too_large &&
-            (records_loop(outcome, (int)i) || scene_reads_loop(outcome, (int)i))) {
+        if (shows_large_group(outcome, (int)i)) {
             add_name(&list, kt_loop_name(outcome->model, (int)i));
             const int here = repeated_equations(outcome->model, (int)i);
             repeated = here > repeated ? here : repeated;

@@ -210,10 +210,37 @@ static void mark_undetermined_reaction(const sharing *w, int row, int32_t body, 
             to->open |= 1U << (i < 3 ? i + 3 : i < KT_STRESS_RELATION ? i - 3 : i);
 }
 
-static void mark_large_multipliers(const kt_model *model, const kt_group *group, kt_reaction_share *loops) {
+/* Returns the components that a planar group leaves undetermined if its equations in the plane are independent: forces
+ * out of the plane, and moments in it. 0: these equations repeat others, too, or the group moves in space. */
+static unsigned open_out_of_plane(const kt_model *model, const kt_group *group) {
+    int left_out = 0;
+    unsigned open = 0;
+    kt_v4 basis[3];
+    if (!kt_group_is_planar(model, group))
+        return 0;
+    for (int i = 0; i < group->loop_count; i++) {
+        const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
+        for (int r = 0; r < loop->row_count; r++)
+            left_out += kt_rows_slots(model, group, loop)[r] < 0;
+    }
+    if (group->rank[KT_ROWS_ALL] < group->row_count - left_out)
+        return 0;
+    const size_t link = (size_t)model->group_link[group->link] - model->n.spatial + 1; /* its planar index */
+    kt_v4_from_mat3(model->plane[model->planar_rest[link].plane].basis, basis);
+    for (int i = 0; i < 3; i++) {
+        const double along = fabs(basis[2][i]);
+        open |= along > unique_below ? 1U << i : 0U;
+        open |= sqrt(fmax(0.0, 1.0 - along * along)) > unique_below ? 8U << i : 0U;
+    }
+    return open;
+}
+
+static void mark_large_group(const kt_model *model, const kt_group *group, kt_reaction_share *loops) {
+    const unsigned open = open_out_of_plane(model, group);
     for (int i = 0; i < group->loop_count; i++)
         if (kt_stress_shares(&model->loop[model->group_loop[group->loop + i]]))
-            loops[model->group_loop[group->loop + i]].is_too_large = true;
+            loops[model->group_loop[group->loop + i]] =
+                (kt_reaction_share){.open = open, .length = group->stress_length, .is_too_large = true};
 }
 
 kt_status kt_reaction_shares(const kt_model *model, kt_data *data, double t, const double *q, kt_reaction_share *joints,
@@ -231,7 +258,7 @@ kt_status kt_reaction_shares(const kt_model *model, kt_data *data, double t, con
         loops[i] = (kt_reaction_share){.open = 0};
     for (size_t g = 0; g < model->n.group; g++)
         if (model->group[g].redundancy == KT_REDUNDANCY_LARGE)
-            mark_large_multipliers(model, &model->group[g], loops);
+            mark_large_group(model, &model->group[g], loops);
     if (model->n.stress == 0)
         return KT_OK;
     const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
