@@ -76,6 +76,7 @@ static void set_coefficients(const kt_mjcf *m, const double b[3], kt_effect *dra
     }
 }
 
+/* sizes: b_i = sqrt(6 (I_j + I_k - I_i) / m), of the box with the mass and the moments of inertia of the body. */
 void kt_mjcf_resist(kt_mjcf *m, const kt_mjcf_body *b) {
     double moments[3], sizes[3];
     kt_effect *drag = b->medium != NULL ? kt_draft_effect(&m->draft, b->element, KT_EFFECT_DRAG) : NULL;

@@ -80,6 +80,7 @@ static void put_time(double time, const char *sign, const char *w, kt_formula_te
     kt_formula_print(to, "%g%s(0.5 + 1.5*clamp(%s, 0, 1))", fmax(least, time), sign, w);
 }
 
+/* w' = (u - w) / (T2 / e + (T1 e - T2 / e) S). S is the step "u > w", or a polynomial of the width d. */
 void kt_formula_put_muscle_rate(const kt_activation *activation, double control, const char *w, kt_formula_text *to) {
     const double width = activation->times[2];
     kt_formula_text difference = {.whole = true}, share = {.whole = true};

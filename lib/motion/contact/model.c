@@ -102,6 +102,8 @@ const kt_model *kt_contacts_open_model(kt_simulation *simulation, uint64_t set) 
     return model;
 }
 
+/* If no model of this set has been compiled, a mask of the model with all contacts closed takes its place, as when the
+ * checkpoint was written. The ranks come from the checkpoint, because they were measured in the state of that time. */
 const kt_model *kt_contacts_restored_model(kt_simulation *simulation, uint64_t set, const double *ranks,
                                            const kt_contact_memory *state) {
     const kt_model *model = compiled(simulation, set), *all = all_closed(simulation, set);

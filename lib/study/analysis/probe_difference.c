@@ -89,7 +89,8 @@ static void expect_difference_rounding(const extrapolation *x, double h) {
     }
 }
 
-/* The part of a probe to which a number belongs, and the unit that scales the number within this part. */
+/* The parts of a probe are 0: dq, 1: dv, 2: a, 3: velocities of markers, 4: rates of auxiliary states. The first
+ * function returns the part of number i, and the second the unit (1 rad or a length) that scales the number. */
 static size_t probe_part_of(const kt_linearization *l, size_t i) {
     return i < 3 * l->size.v ? i / l->size.v : i < kt_probe_rates(l) ? 3 : 4;
 }
