@@ -40,7 +40,7 @@ int kt_loop_movable_end(const kt_loop_record *r) {
 /* The pose of the body that has the place, in its link; the identity for the world. */
 static kt_pose holder_in_link(const kt_model *m, const kt_loop_record *r) {
     const int end = kt_loop_movable_end(r);
-    return r->link[end] == 0 ? (kt_pose){.rotation = kt_mat3_identity()} : m->body[r->body[end]].in_link;
+    return r->link[end] == 0 ? kt_pose_identity() : m->body[r->body[end]].in_link;
 }
 
 /* Whether a plane computes the loop in this model. */
