@@ -8,12 +8,33 @@
 #include "constraint/rejecting_loop.h"
 #include "dynamics/dynamics.h"
 #include "loop/loop.h"
+#include "model/check.h"
+
+#include <math.h>
 
 static bool has_custom_loops(const kt_model *model) {
     bool any = false;
     for (size_t i = 0; i < model->n.loop; i++)
         any |= model->loop[i].kind == KT_LOOP_KIND_CUSTOM && !kt_loop_is_off(&model->loop[i]);
     return any;
+}
+
+static bool is_moderate(const double *x, size_t n) {
+    bool moderate = true;
+    for (size_t i = 0; i < n && x != NULL; i++)
+        moderate = moderate && fabs(x[i]) <= KT_NUMBER_MOST;
+    return moderate;
+}
+
+/* Explains a failure whose state no loop rejects. If equations were not finite although the state is moderate, a
+ * callback has rejected a state on the way to closed loops. */
+static kt_status explain_nearby(const kt_model *model, double t, const double *q, const double *v, kt_status status,
+                                kt_error *error) {
+    if (status != KT_ERROR_NOT_FINITE || !is_moderate(q, model->n.q) || !is_moderate(v, model->n.v))
+        return status;
+    return kt_error_set(error, KT_ERROR_CONSTRAINT, kt_where_format("t = %.9g s", t).text,
+                        "the callback of a loop has rejected a state near this one, in which the loops were being "
+                        "closed, but not this state. Let the callback compute its equations in all states nearby");
 }
 
 kt_status kt_loops_explain(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
@@ -31,7 +52,7 @@ kt_status kt_loops_explain(const kt_model *model, kt_data *data, double t, const
         KT_BY_ISA(model->isa, loop =, kt_loop_rejecting, (model, data, t, rates, &code));
     }
     if (loop < 0)
-        return status;
+        return explain_nearby(model, t, q, v, status, error);
     const kt_where_text where = kt_where_format("loop '%.100s', t = %.9g s", model->text + model->loop[loop].name, t);
     if (code == 0)
         return kt_error_set(error, KT_ERROR_NOT_FINITE, where.text, "its callback gave equations that are not finite");

@@ -12,6 +12,7 @@
 
 typedef struct stopping {
     long calls, at; /* it stops at this call */
+    bool rejects;   /* it rejects the state at this call instead */
 } stopping;
 
 /* A rod of 1 m between the ends. */
@@ -19,7 +20,7 @@ static int rod(void *user, double t, const kt_loop_motion *motion, kt_loop_equat
     stopping *s = user;
     (void)t;
     equation->residual = 0.5 * (kt_vec3_dot(motion->position, motion->position) - 1.0);
-    return ++s->calls == s->at ? -7 : 0;
+    return ++s->calls == s->at ? (s->rejects ? 1 : -7) : 0;
 }
 
 static kt_model *two_pendulums(stopping *s, bool closed) {
@@ -89,6 +90,28 @@ static void check_stops(const char *integrator) {
     kt_check_equal_int("ignored", ignored, 0);
     kt_check_equal_int("without the name of the loop", unnamed, 0);
     kt_check_above("calls", (double)tried, 10.0);
+    kt_model_free(model);
+}
+
+/* No number is huge if a callback rejects one state on the way to closed loops. The step goes on, or fails with the
+ * cause. */
+KT_TEST(loop_that_rejects_a_state_once_is_the_cause) {
+    stopping s = {.at = -1, .rejects = true};
+    kt_model *model = two_pendulums(&s, true);
+    long failed = 0, other = 0;
+    for (long at = 1; at <= 200; at++) {
+        kt_simulation *simulation = start(model, "rk4", NULL);
+        kt_error e = {0};
+        s.calls = 0;
+        s.at = at;
+        const kt_status status = kt_simulation_advance(simulation, 0.02, &e);
+        failed += status == KT_ERROR_CONSTRAINT && strstr(e.message, "callback") != NULL;
+        other += status != KT_OK && (status != KT_ERROR_CONSTRAINT || strstr(e.message, "callback") == NULL);
+        s.at = -1;
+        kt_simulation_free(simulation);
+    }
+    kt_check_equal_int("another cause", other, 0);
+    kt_check_above("failures", (double)failed, 10.0);
     kt_model_free(model);
 }
 
