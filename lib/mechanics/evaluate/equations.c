@@ -79,6 +79,9 @@ static void write_group_equations(const kt_model *model, kt_data *data, size_t g
         for (int r = 0; r < loop->row_count; r++)
             if (slot[r] >= 0)
                 write_equation_row(model, loop, r, slot[r], &w, out);
+            else if (out->jacobian && out->by_groups)
+                memset(out->jacobian + kt_loop_entry(group, loop, r), 0,
+                       (size_t)group->v_count * sizeof *out->jacobian);
     }
 }
 
@@ -123,8 +126,8 @@ static kt_status find_equations(const kt_model *model, kt_data *data, double t, 
     for (size_t g = 0; g < model->n.group; g++)
         if (!group_is_finite(model, data, g, out->jacobian != NULL))
             return kt_loops_explain(model, data, t, q, v, reject_group(model, g, t, error), error);
-    if (out->jacobian)
-        memset(out->jacobian, 0, (out->by_groups ? model->n.entry : model->n.row * model->n.v) * sizeof *out->jacobian);
+    if (out->jacobian && !out->by_groups) /* rows by groups are written as a whole */
+        memset(out->jacobian, 0, model->n.row * model->n.v * sizeof *out->jacobian);
     for (int k = 0; k < 3; k++)
         if (vectors[k])
             memset(vectors[k], 0, model->n.row * sizeof *vectors[k]);

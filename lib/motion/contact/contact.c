@@ -75,6 +75,7 @@ static kt_contact_sizes contact_sizes_of(const kt_model *model, size_t n) {
         s.rows = one->n.row > s.rows ? one->n.row : s.rows;
         s.entry = one->n.entry > s.entry ? one->n.entry : s.entry;
         kt_contacts_measure_islands(one, &s);
+        s.depends = most_of(s.depends, kt_contacts_count_coordinates(one));
     }
     measure_solvers(model, &s);
     for (uint64_t k = 0; k < kt_variants_count(model->variants); k++) {

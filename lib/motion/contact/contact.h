@@ -27,15 +27,16 @@ typedef struct kt_contact {
     bool leaves;           /* its reaction, or its stick, has ended at this instant */
     bool grazes;           /* it touches no faster than at rest (kt_contacts_find_grazing) */
     bool flies;            /* it does not touch while impacts accumulate (accumulate.c) */
-    bool spared;   /* loops hold its gap while it touches, or hold the joint of friction (kt_contacts_spare_held) */
-    double unit;   /* of its gap: the mechanism's length, or 1 rad */
-    uint64_t bit;  /* its loop is on; 0: contacts share bits (model/switching.h) */
-    double sign;   /* of the residual if the contact is open; 1 for friction */
-    int effect;    /* friction: the effect; contacts: -1 */
-    uint64_t back; /* friction of a joint: it slips backwards; with `bit`: it is released */
-    int v;         /* friction of a joint: the index of its rate */
-    double load;   /* friction of a joint: the part of its limit that comes from a load (loaded_friction.c) */
-    int of;        /* friction of a contact: the contact's index; a contact: the index of its friction; -1: none */
+    bool spared;      /* loops hold its gap while it touches, or hold the joint of friction (kt_contacts_spare_held) */
+    double unit;      /* of its gap: the mechanism's length, or 1 rad */
+    uint64_t bit;     /* its loop is on; 0: contacts share bits (model/switching.h) */
+    double sign;      /* of the residual if the contact is open; 1 for friction */
+    int effect;       /* friction: the effect; contacts: -1 */
+    uint64_t back;    /* friction of a joint: it slips backwards; with `bit`: it is released */
+    int v;            /* friction of a joint: the index of its rate */
+    double load;      /* friction of a joint: the part of its limit that comes from a load (loaded_friction.c) */
+    int first, count; /* in `coordinate` and `local`: the coordinates on which its rows depend */
+    int of;           /* friction of a contact: the contact's index; a contact: the index of its friction; -1: none */
     int island;
 } kt_contact;
 
@@ -48,6 +49,8 @@ typedef struct kt_contact {
     X(double, rate, s->rows, "b' of all equations")                                                                    \
     X(double, drift, s->rows, "b'' of all equations")                                                                  \
     X(double, jacobian, s->entry, "of all equations, by groups (kt_loop_entries)")                                     \
+    X(int32_t, coordinate, s->depends, "coordinates on which rows depend, item by item, in ascending order")           \
+    X(int32_t, local, s->depends, "their positions in the rows of their group")                                        \
     X(double, reaction, s->rows, "multipliers of contacts that share their load")                                      \
     X(double, v, s->nv, "velocities behind impulses")                                                                  \
     X(double, flight, s->nv, "accelerations between impacts that accumulate")                                          \
@@ -96,7 +99,7 @@ typedef struct kt_contact_island {
 } kt_contact_island;
 
 typedef struct kt_contact_sizes {
-    size_t n, nq, nv, rows, entry, data, inverse, islands;
+    size_t n, nq, nv, rows, entry, depends, data, inverse, islands;
     size_t list, W;                         /* rows that may touch, and numbers of W, of all islands */
     size_t most_items, most_rows, most_dry; /* the most of an island: contacts and dry friction, rows, dry friction */
     size_t factor;                          /* the most of an island: numbers of L */
@@ -227,6 +230,8 @@ void kt_contacts_measure_islands(const kt_model *model, kt_contact_sizes *s);
 /* The count of stored numbers of W, over all islands. If too many rows of an island touch, only the diagonal of W is
  * stored. */
 size_t kt_contacts_count_of_W(const kt_model *model, size_t whole);
+/* How many coordinates the rows of all contacts of a model depend on, contact by contact. */
+size_t kt_contacts_count_coordinates(const kt_model *model);
 /* Lays out the islands of c->all, of which no row touches. */
 void kt_contacts_init_islands(struct kt_contacts *c);
 /* Empties the lists of rows that touch. */
@@ -247,12 +252,14 @@ void kt_contacts_add_response(const struct kt_contacts *c, int k, double p, doub
 
 /* The loop of row k of the contacts that touch. */
 const kt_loop_record *kt_contact_loop(const kt_simulation *simulation, int k);
-/* A row of J over the coordinates of its group; the others are zero. */
+/* A row of J over the coordinates of its loop's paths; the others are zero. A heap is one group, in which a row depends
+ * on two of many bodies. */
 typedef struct kt_contact_line {
     const kt_group *group;
     int count;         /* number of coordinates */
     const int32_t *v;  /* indices of these coordinates */
-    const double *row; /* the row of the loop's equation: J is `sign` times that */
+    const int32_t *at; /* their positions in `row` */
+    const double *row; /* the row of the loop's equation over its group: J is `sign` times that */
     double sign;
 } kt_contact_line;
 
@@ -262,8 +269,9 @@ static inline kt_contact_line kt_contact_line_of(const struct kt_contacts *c, co
     const kt_loop_record *loop = &c->all->loop[contact->loop];
     const kt_group *group = &c->all->group[loop->group];
     return (kt_contact_line){.group = group,
-                             .count = group->v_count,
-                             .v = c->all->group_v + group->v,
+                             .count = contact->count,
+                             .v = c->coordinate + contact->first,
+                             .at = c->local + contact->first,
                              .row = c->jacobian + kt_loop_entry(group, loop, component),
                              .sign = contact->sign};
 }
@@ -275,7 +283,7 @@ static inline double kt_contacts_rate(const struct kt_contacts *c, int k, int co
     const kt_contact_line line = kt_contact_line_of(c, &c->item[k], component);
     double sum = -c->rate[kt_contact_row(c->all, &c->item[k]) + component];
     for (int j = 0; j < line.count; j++)
-        sum += line.row[j] * x[line.v[j]];
+        sum += line.row[line.at[j]] * x[line.v[j]];
     return line.sign * sum;
 }
 

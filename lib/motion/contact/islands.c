@@ -64,6 +64,59 @@ size_t kt_contacts_count_of_W(const kt_model *model, size_t whole) {
     return count;
 }
 
+/* Lists the coordinates of the links on the paths of a loop, in ascending order, as positions in its group. Relations
+ * have no paths, and get all coordinates of the group. Returns the number. local: NULL, or where the list is stored. */
+static int list_coordinates(const kt_model *model, const kt_loop_record *loop, int32_t *local) {
+    const int all = loop->term_count != 0 ? model->group[loop->group].v_count : 0;
+    int count = 0;
+    for (; count < all; count++)
+        if (local != NULL)
+            local[count] = count;
+    for (int end = 0; end < 2 && all == 0; end++)
+        for (int i = 0; i < loop->length[end]; i++) {
+            const kt_link *link = &model->link[model->path[loop->path[end] + i]];
+            for (int j = 0; j < kt_link_dofs(link); j++, count++) {
+                int at = count;
+                for (; local != NULL && at > 0 && local[at - 1] > link->local + j; at--)
+                    local[at] = local[at - 1];
+                if (local != NULL)
+                    local[at] = link->local + j;
+            }
+        }
+    return count;
+}
+
+/* Whether a loop bounds a side, or is friction of a joint. Friction of a contact has the paths of its contact. */
+static bool has_own_coordinates(const kt_loop_record *loop) {
+    return loop->side != KT_SIDE_NONE || (loop->friction > 0 && loop->type == KT_LOOP_RATES);
+}
+
+size_t kt_contacts_count_coordinates(const kt_model *model) {
+    size_t count = 0;
+    for (size_t i = 0; i < model->n.loop; i++)
+        if (!kt_loop_is_off(&model->loop[i]) && has_own_coordinates(&model->loop[i]))
+            count += (size_t)list_coordinates(model, &model->loop[i], NULL);
+    return count;
+}
+
+/* Lists the coordinates on which the rows of each item depend. */
+static void list_dependences(struct kt_contacts *c) {
+    int count = 0;
+    for (int k = 0; k < c->n; k++) {
+        const kt_loop_record *loop = &c->all->loop[c->item[k].loop];
+        if (kt_contact_rubs(c, k)) {
+            c->item[k].first = c->item[c->item[k].of].first;
+            c->item[k].count = c->item[c->item[k].of].count;
+            continue;
+        }
+        const int32_t *v = c->all->group_v + c->all->group[loop->group].v;
+        c->item[k].first = count;
+        c->item[k].count = list_coordinates(c->all, loop, c->local + count);
+        for (int end = count + c->item[k].count; count < end; count++)
+            c->coordinate[count] = v[c->local[count]];
+    }
+}
+
 void kt_contacts_init_islands(struct kt_contacts *c) {
     const kt_model *all = c->all;
     size_t W = 0;
@@ -76,6 +129,7 @@ void kt_contacts_init_islands(struct kt_contacts *c) {
         row += rows_of_island(of);
         W += numbers_of_W(of, (size_t)c->whole);
     }
+    list_dependences(c);
     for (int k = 0; k < c->n; k++)
         c->item[k].unit = kt_loop_unit(all, c->item[k].loop, 0);
     for (int k = 0; k < c->n; k++)

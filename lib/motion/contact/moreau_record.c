@@ -72,7 +72,7 @@ kt_status kt_moreau_begin_record(kt_simulation *simulation, double t, kt_error *
         const kt_contact_line line = kt_contact_line_of(c, item, 0);
         const double multiplier = m->multiplier[kt_contact_row(c->all, item)];
         for (int j = 0; c->all->loop[item->loop].term_count > 0 && j < line.count; j++)
-            m->tau[line.v[j]] += line.row[j] * multiplier;
+            m->tau[line.v[j]] += line.row[line.at[j]] * multiplier;
     }
     add_wrenches(simulation, t, q, v);
     simulation->tau = m->tau;

@@ -105,7 +105,7 @@ const kt_loop_record *kt_contact_loop(const kt_simulation *simulation, int k) {
 void kt_contacts_write_row(const struct kt_contacts *c, int k, double *row) {
     const kt_contact_line line = kt_contacts_line(c, k);
     for (int j = 0; j < line.count; j++)
-        row[line.v[j]] = line.sign * line.row[j];
+        row[line.v[j]] = line.sign * line.row[line.at[j]];
 }
 
 void kt_contacts_multiply(const struct kt_contacts *c, int k, int from, double *row) {
@@ -114,7 +114,8 @@ void kt_contacts_multiply(const struct kt_contacts *c, int k, int from, double *
     for (int i = from; i < c->touching; i++)
         row[i] = 0.0;
     for (int j = 0; j < line.count; j++) {
-        const double x = line.sign * line.row[j], *response = c->response + (size_t)from * nv + (size_t)line.v[j];
+        const double x = line.sign * line.row[line.at[j]],
+                     *response = c->response + (size_t)from * nv + (size_t)line.v[j];
         for (int i = from; x != 0.0 && i < c->touching; i++, response += nv)
             row[i] += x * *response;
     }
@@ -124,7 +125,7 @@ double kt_contacts_along(const struct kt_contacts *c, int k, const double *x) {
     const kt_contact_line line = kt_contacts_line(c, k);
     double sum = 0.0;
     for (int j = 0; j < line.count; j++)
-        sum += line.sign * line.row[j] * x[line.v[j]];
+        sum += line.sign * line.row[line.at[j]] * x[line.v[j]];
     return sum;
 }
 
@@ -133,8 +134,10 @@ double kt_contacts_product(const struct kt_contacts *c, int i, int k) {
     const kt_contact_line line = kt_contacts_line(c, i);
     const double *response = c->response + (size_t)k * c->all->n.v;
     double sum = 0.0;
-    for (int j = 0; j < line.count; j++)
-        sum += line.row[j] != 0.0 ? line.sign * line.row[j] * response[line.v[j]] : 0.0;
+    for (int j = 0; j < line.count; j++) {
+        const double x = line.row[line.at[j]];
+        sum += x != 0.0 ? line.sign * x * response[line.v[j]] : 0.0;
+    }
     return sum;
 }
 
@@ -145,7 +148,7 @@ double kt_contacts_residual(const struct kt_contacts *c, int k, int component, c
     double sum = -r;
     *size = fabs(r);
     for (int j = 0; j < line.count; j++) {
-        const double term = line.sign * line.row[j] * x[line.v[j]];
+        const double term = line.sign * line.row[line.at[j]] * x[line.v[j]];
         sum += term;
         *size += fabs(term);
     }

@@ -2,7 +2,9 @@
  * outside of the cones allow it, for any mass. A rod that leans presses. Dry friction at late times moves a joint as at
  * zero. */
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "contact/contact.h"
 #include "kinetree/simulation.h"
+#include "simulation/simulation.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -336,4 +338,46 @@ KT_TEST(records_without_reactions_are_checked) {
         kt_check_contains("message", error.message, violations[i][1]);
         kt_check_contains("place", error.where, "t = 0.137");
     }
+}
+
+/* Rows of contacts are stored over their group, and read at the coordinates of their paths alone (islands.c). The rates
+ * of random velocities must have the bits of the sums over the whole group. */
+static int count_wrong_rows(const struct kt_contacts *c, const double *x, int *read, int *stored) {
+    int wrong = 0;
+    for (int k = 0; k < c->n; k++) {
+        const kt_loop_record *loop = &c->all->loop[c->item[k].loop];
+        const kt_group *group = &c->all->group[loop->group];
+        for (int r = 0; r < loop->row_count; r++) {
+            const double *row = c->jacobian + kt_loop_entry(group, loop, r);
+            double sum = -c->rate[kt_contact_row(c->all, &c->item[k]) + r];
+            for (int j = 0; j < group->v_count; j++)
+                sum += row[j] * x[c->all->group_v[group->v + j]];
+            wrong += kt_contacts_rate(c, k, r, x) != c->item[k].sign * sum;
+            *read += c->item[k].count;
+            *stored += group->v_count;
+        }
+    }
+    return wrong;
+}
+
+KT_TEST(rows_of_contacts_are_read_at_the_coordinates_of_their_paths) {
+    kt_random random = kt_random_of_test();
+    int wrong = 0, read = 0, stored = 0;
+    for (size_t i = 0; i < sizeof found / sizeof *found; i++) {
+        kt_parsed m;
+        kt_error error = {0};
+        double x[64];
+        const kt_run run = kt_run_fixed("dopri5", 0.0, 100.0);
+        kt_parsed_make(&m, found[i][1]);
+        kt_simulation *simulation = kt_test_simulation(m.model, &run, NULL);
+        for (int k = 0; k < 64; k++)
+            x[k] = kt_random_uniform(&random, -1.0, 1.0);
+        kt_need_fine("equations",
+                     kt_contacts_find_equations(simulation->contacts, simulation->model, 0.0,
+                                                kt_simulation_positions(simulation), x, true, &error),
+                     &error);
+        wrong += count_wrong_rows(simulation->contacts, x, &read, &stored);
+    }
+    kt_check_equal_int("rows with another rate", wrong, 0);
+    kt_check_below("coordinates that are read, of those stored", (double)read / stored, 0.9);
 }

@@ -1,6 +1,7 @@
 /* Twins of random scenes on hard contacts: the same scene in other units, with all masses times a factor, turned, at a
- * late time, or with its bodies and contacts in another order. Scenes have up to five bodies and eight contacts.
- * There are boxes on a floor and on each other, arms, and balls in wedges, with bounces, dry joints and stops.
+ * late time, on a floor that moves, or with its bodies and contacts in another order. Scenes have up to five bodies and
+ * eight contacts. There are boxes on a floor and on each other, arms, and balls in wedges, with bounces, dry joints and
+ * stops.
  *
  * All factors are powers of two, whose products have no rounding. With all masses times such a factor, a twin has the
  * same bits, unless a threshold has an absolute scale. So has a twin in another unit of time, with fixed steps. Numbers
@@ -28,7 +29,15 @@
 #include "motion/simulation/scenes.h"
 #include "random.h"
 
-enum { BODIES = 5, EFFECTS = 24, NAMES = BODIES + EFFECTS, SAMPLES = 4, NQ = 7 * BODIES, NV = 6 * BODIES };
+enum {
+    DRAWN = 5,
+    BODIES = DRAWN + 1,
+    EFFECTS = 24,
+    NAMES = BODIES + EFFECTS,
+    SAMPLES = 4,
+    NQ = 7 * BODIES,
+    NV = 6 * BODIES
+};
 static const double g = 9.81, step = 1e-3, length_of_run = 0.2;
 
 /* The factor by which a twin may exceed the effect of some roundings, and the largest effect that is compared. */
@@ -39,6 +48,9 @@ typedef struct scene {
     kt_body body[BODIES];
     kt_effect effect[EFFECTS];
     char name[NAMES][8];
+    kt_loop drive; /* of the floor, the last body, if `driven` */
+    bool driven;
+    double course[2]; /* of the drive */
     int bodies, effects;
     kt_vec3 gravity;
 } scene;
@@ -50,9 +62,10 @@ typedef struct twin {
     double start;              /* s, of the original */
     bool turned, reordered;
     double shift; /* of the velocities, as a part of these */
+    double boost; /* m/s, the velocity of the frame along x */
 } twin;
 
-static const twin original = {"original", 1.0, 1.0, 1.0, 0.0, false, false, 0.0};
+static const twin original = {"original", 1.0, 1.0, 1.0, 0.0, false, false, 0.0, 0.0};
 
 /* ---- scenes ------------------------------------------------------------------------------------------------------ */
 
@@ -122,7 +135,7 @@ static void add_box(scene *s, kt_body *below, double drop, int feet, kt_random *
 
 /* An arm of links, each with dry friction or a stop in its joint, whose last link leans on the floor. */
 static void add_arm(scene *s, kt_random *random) {
-    const int room = BODIES - s->bodies, links = kt_random_int(random, 1, room < 3 ? room : 3);
+    const int room = DRAWN - s->bodies, links = kt_random_int(random, 1, room < 3 ? room : 3);
     const char *parent = NULL;
     double angle = 0.0, height = kt_random_uniform(random, 0.0, 0.05);
     for (int i = 0; i < links; i++) {
@@ -184,7 +197,25 @@ static void draw_scene(scene *s, kt_random *random) {
         contacts = 0;
         for (int i = 0; i < s->effects; i++)
             contacts += s->effect[i].type == KT_EFFECT_CONTACT;
-    } while (s->bodies < BODIES && contacts < 8 && kt_random_int(random, 0, 2) > 0);
+    } while (s->bodies < DRAWN && contacts < 8 && kt_random_int(random, 0, 2) > 0);
+}
+
+/* Makes the ground of a scene a driven body, which is at rest and carries all that stands on it. */
+static void put_on_floor(scene *s) {
+    const char *name = s->name[s->bodies];
+    for (int i = 0; i < s->bodies; i++)
+        if (s->body[i].joint.type != KT_JOINT_FREE && s->body[i].parent == NULL)
+            s->body[i].parent = name;
+    for (int i = 0; i < s->effects; i++)
+        if (s->effect[i].type == KT_EFFECT_CONTACT && s->effect[i].between[1].body == NULL)
+            s->effect[i].between[1].body = name;
+    (void)snprintf(s->name[s->bodies], sizeof s->name[0], "b%d", s->bodies);
+    s->body[s->bodies] = kt_body_of(name, NULL, KT_JOINT_PRISMATIC, 1.0);
+    s->body[s->bodies++].joint.axis = kt_vec3_make(1.0, 0.0, 0.0);
+    s->drive = kt_loop_of("drive", KT_LOOP_MOTION);
+    s->drive.joint = name;
+    s->drive.function = kt_function_polynomial(s->course, 2);
+    s->driven = true;
 }
 
 /* ---- twins ------------------------------------------------------------------------------------------------------- */
@@ -244,6 +275,18 @@ static void reverse(void *list, int count, size_t size) {
     }
 }
 
+/* Whether the first coordinate of a body is a place along x, relative to the world. */
+static bool moves_with_frame(const scene *s, const kt_body *body) {
+    return body->joint.type == KT_JOINT_FREE || (s->driven && body->joint.type == KT_JOINT_PRISMATIC);
+}
+
+static void boost_scene(scene *s, double speed) {
+    s->course[1] = speed;
+    for (int i = 0; i < s->bodies; i++)
+        s->body[i].joint.velocity[0] += moves_with_frame(s, &s->body[i]) ? speed : 0.0;
+    s->drive.function = kt_function_polynomial(s->course, 2);
+}
+
 static void make_twin(const scene *from, const twin *t, scene *to) {
     _Static_assert(sizeof(kt_body) <= 4096 && sizeof(kt_effect) <= 4096, "of reverse");
     *to = *from;
@@ -257,6 +300,8 @@ static void make_twin(const scene *from, const twin *t, scene *to) {
     for (int i = 0; i < to->bodies; i++)
         for (int k = 0; k < KT_JOINT_NV_MAX; k++)
             to->body[i].joint.velocity[k] *= 1.0 + t->shift;
+    if (to->driven)
+        boost_scene(to, t->boost);
     if (t->turned)
         turn_scene(to);
     if (t->reordered) {
@@ -290,7 +335,7 @@ static void set_tolerances(const scene *s, const twin *t, const kt_model *model,
 }
 
 static kt_simulation *start(const scene *s, const twin *t, const char *method, bool fixed, kt_model **model) {
-    kt_description d = kt_description_of(s->body, s->bodies, NULL, 0, s->effect, s->effects);
+    kt_description d = kt_description_of(s->body, s->bodies, &s->drive, s->driven, s->effect, s->effects);
     kt_model_options metric = kt_model_options_default();
     metric.metric = KT_METRIC_MASS;
     d.gravity = s->gravity;
@@ -299,8 +344,8 @@ static kt_simulation *start(const scene *s, const twin *t, const char *method, b
     run.integrator = method;
     run.duration = 10.0 * t->time + t->start * t->time;
     run.step = fixed ? step * t->time : 0.0;
-    run.relative = tolerance;
-    run.absolute = tolerance; /* set_tolerances */
+    run.relative = s->driven ? 0.0 : tolerance; /* of speeds, which a frame changes */
+    run.absolute = tolerance;                   /* set_tolerances */
     kt_simulation_options options = kt_simulation_options_default();
     options.max_steps = 5000;
     kt_simulation *simulation = kt_test_simulation(*model, &run, &options);
@@ -319,10 +364,12 @@ static void sample_motion(const kt_model *model, const kt_simulation *simulation
         (void)snprintf(name, sizeof name, "b%d", i);
         const kt_coordinates at = kt_body_coordinates(model, kt_body_find(model, name));
         const bool is_free = at.nq == 7;
+        const double boost = moves_with_frame(s, &s->body[i]) ? t->boost : 0.0; /* not reordered */
         for (int k = 0; k < at.nq; k++)
-            to_q[m->nq++] = q[at.q + k] / (is_free && k < 3 ? t->length : 1.0);
+            to_q[m->nq++] = q[at.q + k] / (is_free && k < 3 ? t->length : 1.0) -
+                            (k == 0 ? boost * kt_simulation_time(simulation) : 0.0);
         for (int k = 0; k < at.nv; k++)
-            to_v[m->nv++] = v[at.v + k] * t->time / (is_free && k < 3 ? t->length : 1.0);
+            to_v[m->nv++] = v[at.v + k] * t->time / (is_free && k < 3 ? t->length : 1.0) - (k == 0 ? boost : 0.0);
     }
     m->samples++;
 }
@@ -424,6 +471,8 @@ static void compare(const char *method, bool fixed, bool bits, const twin *twins
     for (int n = 0; n < scenes; n++) {
         static scene s;
         draw_scene(&s, &random);
+        if (twins->boost != 0.0)
+            put_on_floor(&s);
         if ((only == NULL || n == atoi(only)) && (from == NULL || n >= atoi(from)))
             compare_scene(&s, n, method, fixed, bits, twins, count, &sum);
     }
@@ -434,16 +483,21 @@ static void compare(const char *method, bool fixed, bool bits, const twin *twins
     kt_note("%d twins move otherwise where the law allows several motions", sum.several);
 }
 
-static const twin masses[] = {{"masses times 2^20", 0x1p20, 1.0, 1.0, 0.0, false, false, 0.0},
-                              {"masses times 2^-20", 0x1p-20, 1.0, 1.0, 0.0, false, false, 0.0}};
-static const twin lengths[] = {{"lengths times 2^20", 1.0, 0x1p20, 1.0, 0.0, false, false, 0.0},
-                               {"lengths times 2^-20", 1.0, 0x1p-20, 1.0, 0.0, false, false, 0.0}};
-static const twin clocks[] = {{"times times 2^20", 1.0, 1.0, 0x1p20, 0.0, false, false, 0.0},
-                              {"times times 2^-20", 1.0, 1.0, 0x1p-20, 0.0, false, false, 0.0}};
-static const twin turned[] = {{"turned", 1.0, 1.0, 1.0, 0.0, true, false, 0.0}};
-static const twin reordered[] = {{"in another order", 1.0, 1.0, 1.0, 0.0, false, true, 0.0}};
-static const twin late[] = {{"at 1e4 s", 1.0, 1.0, 1.0, 1e4, false, false, 0.0}};
-static const twin latest[] = {{"at 1e7 s", 1.0, 1.0, 1.0, 1e7, false, false, 0.0}};
+static const twin masses[] = {{"masses times 2^20", 0x1p20, 1.0, 1.0, 0.0, false, false, 0.0, 0.0},
+                              {"masses times 2^-20", 0x1p-20, 1.0, 1.0, 0.0, false, false, 0.0, 0.0}};
+static const twin lengths[] = {{"lengths times 2^20", 1.0, 0x1p20, 1.0, 0.0, false, false, 0.0, 0.0},
+                               {"lengths times 2^-20", 1.0, 0x1p-20, 1.0, 0.0, false, false, 0.0, 0.0}};
+static const twin clocks[] = {{"times times 2^20", 1.0, 1.0, 0x1p20, 0.0, false, false, 0.0, 0.0},
+                              {"times times 2^-20", 1.0, 1.0, 0x1p-20, 0.0, false, false, 0.0, 0.0}};
+static const twin turned[] = {{"turned", 1.0, 1.0, 1.0, 0.0, true, false, 0.0, 0.0}};
+static const twin reordered[] = {{"in another order", 1.0, 1.0, 1.0, 0.0, false, true, 0.0, 0.0}};
+static const twin late[] = {{"at 1e4 s", 1.0, 1.0, 1.0, 1e4, false, false, 0.0, 0.0}};
+static const twin latest[] = {{"at 1e7 s", 1.0, 1.0, 1.0, 1e7, false, false, 0.0, 0.0}};
+/* Rates up to which contacts rest grow with the speed of the mechanism, which includes that of the frame (own_time.c).
+ * Frames are therefore not much faster than the motion. */
+static const twin boosted[] = {{"in a frame that moves at 2 m/s", 1.0, 1.0, 1.0, 0.0, false, false, 0.0, 2.0},
+                               {"in a frame that moves at -4 m/s", 1.0, 1.0, 1.0, 0.0, false, false, 0.0, -4.0}};
+enum { BOOSTED = sizeof boosted / sizeof *boosted };
 enum { MASSES = sizeof masses / sizeof *masses, LENGTHS = sizeof lengths / sizeof *lengths };
 enum { CLOCKS = sizeof clocks / sizeof *clocks };
 
@@ -465,8 +519,8 @@ static void draw_scene_of(uint64_t seed, const char *test, int n, scene *s) {
 }
 
 /* Twins of other seeds that once moved otherwise, each for a reason of its own. */
-static const twin shorter = {"lengths times 2^-10", 1.0, 0x1p-10, 1.0, 0.0, false, false, 0.0};
-static const twin faster = {"times times 2^-10", 1.0, 1.0, 0x1p-10, 0.0, false, false, 0.0};
+static const twin shorter = {"lengths times 2^-10", 1.0, 0x1p-10, 1.0, 0.0, false, false, 0.0, 0.0};
+static const twin faster = {"times times 2^-10", 1.0, 1.0, 0x1p-10, 0.0, false, false, 0.0, 0.0};
 static const struct found {
     uint64_t seed;
     int scene;
@@ -504,6 +558,10 @@ KT_TEST(slip_that_begins_and_ends_in_turns_ends_within_a_step) {
 KT_TEST(scenes_move_alike_turned) {
     compare("rk4", true, false, turned, 1, kt_sample(KT_SHORT(5, 300)));
     compare("dopri5", false, false, turned, 1, kt_sample(KT_SHORT(5, 300)));
+}
+KT_TEST(scenes_move_alike_in_a_frame_that_moves) {
+    compare("rk4", true, false, boosted, BOOSTED, kt_sample(KT_SHORT(5, 300)));
+    compare("dopri5", false, false, boosted, BOOSTED, kt_sample(KT_SHORT(5, 300)));
 }
 KT_TEST(scenes_move_alike_in_another_order) {
     compare("dopri5", false, false, reordered, 1, kt_sample(KT_SHORT(20, 300)));
