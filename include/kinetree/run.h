@@ -77,12 +77,11 @@ enum { KT_RUN_IMPLICIT_MOST = 100 /* then 1.1 MB more */ };
 
 /* Returns the method of a run: the built-in method with the name run->integrator, or NULL if the name is unknown. The
  * method two-step has a parameter: the call writes a copy with the rho of the run to *storage.
- * If the run names no method, the default is auto. In four cases the default is dopri5.
+ * If the run names no method, the default is auto. In three cases the default is dopri5.
  *   The step is fixed.
  *   The model has more than KT_RUN_IMPLICIT_MOST velocity coordinates.
  *   The caller provides other equations of motion (kt_simulation_options.acceleration), and `model` is NULL in this
  * call.
- *   The library has no implicit methods.
  * The method auto gives the same bits as dopri5 until the motion becomes stiff. If memory is scarce
  * (kt_simulation_size), name dopri5.
  * Ownership: *storage must outlive the use of the method. */

@@ -67,7 +67,6 @@ typedef enum kt_choice_of_method {
     KT_CHOSEN_ADAPTIVE, /* the only method that is chosen automatically */
     KT_CHOSEN_FIXED,
     KT_CHOSEN_FOREIGN,
-    KT_CHOSEN_EXPLICIT,
     KT_CHOSEN_LARGE
 } kt_choice_of_method;
 
@@ -93,8 +92,6 @@ const char *kt_run_method_reason(const kt_run *run, const kt_model *model) {
         return "the default with a fixed step";
     case KT_CHOSEN_FOREIGN:
         return "the default where the equations of motion are the caller's";
-    case KT_CHOSEN_EXPLICIT:
-        return "the default of a library without implicit methods";
     case KT_CHOSEN_LARGE:
         break;
     }
