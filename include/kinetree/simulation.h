@@ -156,8 +156,9 @@ KT_API const double *kt_simulation_auxiliary_states(const kt_simulation *simulat
 /* Restarts at time t from q (nq) and v (nv; NULL: at rest). The state is projected: quaternions get unit norm, and
  * loops are closed. Auxiliary states begin with their initial values. Counts return to zero; torques and wrenches
  * remain. The set of kt_simulation_released returns to that of the description.
- * Errors: KT_ERROR_NOT_FINITE, or KT_ERROR_ARGUMENT for a quaternion of zeros, each with the name of the joint.
- * KT_ERROR_CONSTRAINT if loops do not close. On failure the simulation is unchanged. */
+ * Errors: KT_ERROR_NOT_FINITE, or KT_ERROR_ARGUMENT for a quaternion of zeros or an angle that has no digits within
+ * a turn (above 2.8e16 rad), each with the name of the joint. KT_ERROR_CONSTRAINT if loops do not close. On failure the
+ * simulation is unchanged. */
 KT_API KT_CHECKED kt_status kt_simulation_set_state(kt_simulation *simulation, double t, const double *q,
                                                     const double *v, kt_error *error);
 
