@@ -291,6 +291,10 @@ KT_TEST(drives_supply_the_work_against_forces_of_contacts) {
     work = works_of(KT_MOREAU_LIFT, 1.0, &imbalance);
     kt_check_near("lift, supplied", work.supplied, 7.0 * g * 0.5, 1e-11);
     kt_check_near("lift, balance", imbalance, 0.0, 1e-11);
+    work = works_of(KT_MOREAU_WINCH, 1.0, &imbalance);
+    kt_check_near("winch, supplied: m g h, and m v v while the rope becomes taut", work.supplied, 2.0 * g * 0.5 + 0.5,
+                  1e-11);
+    kt_check_near("winch, balance", imbalance, 0.0, 1e-11);
     work = works_of(KT_MOREAU_SHAFT, 1.0, &imbalance);
     kt_check_near("shaft, supplied", work.supplied, 4.0 * 3.0, 1e-13);
     kt_check_near("shaft, balance", imbalance, 0.0, 1e-13);
