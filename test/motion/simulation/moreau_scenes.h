@@ -144,11 +144,11 @@
 /* A winch winds up a rope, from which a load hangs. */
 #define KT_MOREAU_WINCH                                                                                                \
     KT_MOREAU_HEAD                                                                                                     \
-        "bodies:\n"                                                                                                    \
-        "  - {name: load, joint: {type: prismatic, axis: z, position: -1}, mass: 2, markers: {c: [0, 0, 0]}}\n"        \
-        "loops:\n"                                                                                                     \
-        "  - {name: rope, type: distance, between: [world, load.c], length: \"1-0.5*t\", slack: true,"                 \
-        " restitution: 0}\n"
+    "bodies:\n"                                                                                                        \
+    "  - {name: load, joint: {type: prismatic, axis: z, position: -1}, mass: 2, markers: {c: [0, 0, 0]}}\n"            \
+    "loops:\n"                                                                                                         \
+    "  - {name: rope, type: distance, between: [world, load.c], length: \"1-0.5*t\", slack: true,"                     \
+    " restitution: 0}\n"
 
 /* A crank drives a slider against dry and viscous friction of two joints, with a closed loop. */
 #define KT_MOREAU_CRANK                                                                                                \
