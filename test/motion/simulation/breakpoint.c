@@ -55,6 +55,25 @@ KT_TEST(pulse_of_two_milliseconds_after_a_rest_is_seen_by_every_method) {
     }
 }
 
+/* The box slides along one axis, and the force has its pulse in this component alone. */
+KT_TEST(pulse_in_any_component_of_a_force_is_seen) {
+    static const double rows[] = {0.0, 0.0, 5.0, 0.0, 5.001, 1000.0, 5.002, 0.0};
+    KT_WORST v = kt_worst_make("velocity, m/s");
+    for (int k = 0; k < 3; k++) {
+        pushed p;
+        double state[2];
+        push_by(&p, KT_EFFECT_FORCE);
+        p.lone.body.joint.axis = kt_vec3_make(k == 0, k == 1, k == 2);
+        p.effect.joint = NULL;
+        p.effect.between[0].body = p.lone.body.name;
+        for (int i = 0; i < 3; i++)
+            p.effect.value[i] =
+                i == k ? kt_function_table(rows, 8, KT_INTERPOLATION_LINEAR) : kt_function_constant(0.0);
+        if (run_to_end(kt_scene_compile(&p.lone.description), "dopri5", 10.0, NULL, state, NULL))
+            kt_worst_near(&v, state[1], 1.0, 1e-10, "component %d", k);
+    }
+}
+
 /* A bump begins and ends with zero, where heun has its stages. A pulse with smooth flanks lies in the last quarter of a
  * step, where rkc4 has no stage. Velocities are the areas: 16/35 of height times length, and height times length. */
 KT_TEST(pulses_that_stages_lie_around_are_seen_by_every_method) {
