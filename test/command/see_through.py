@@ -16,7 +16,8 @@ from claims import claim, finish, note
 try:
     import numpy as np
     from PIL import Image
-except ImportError:
+except ImportError as missing:
+    print(f"[  SKIPPED ] command/see_through: Python's {missing.name} is not on this machine")
     sys.exit(77)
 
 KINETREE, SUPPRESSIONS = sys.argv[1:]

@@ -30,7 +30,7 @@ def has_h5dump(part):
     """Whether the HDF5 files of a part can be read here."""
     found = shutil.which("h5dump") is not None
     if not found:
-        print(f"skipped: h5dump is not on this machine: {part}")
+        print(f"[  SKIPPED ] {part}: h5dump is not on this machine")
     return found
 
 
