@@ -286,7 +286,10 @@ class Law:
             self.add("nothing penetrates", what, min(gap, 0), 1)
             if speed > 1e-3:
                 self.add("friction opposes slip", what, size_of(T + mu * N * s / speed), most)
-            touches = gap < 1e-9 and rate < 1e-11  # a contact that parts, however slowly, may fall
+            # A contact that parts, however slowly, may fall. One that bounces may fall as long as its gap is not rounding of
+            # places, which are up to 9 m: it has not struck yet.
+            flies = gap > 1e-13 and rate < -1e-11
+            touches = gap < 1e-9 and rate < 1e-11 and not flies
             x0 = plane.point(np.array([0, 0, c["height"]]))
             turn = cross(plane.w, n)
             a = n @ (on.acceleration(centre) - plane.acceleration(x0)) + 2 * turn @ (on.velocity(centre) - plane.velocity(x0))
