@@ -250,8 +250,8 @@ static int rows_at_rest(const kt_coulomb *c, const kt_coulomb_solution *to, int 
     return to->mode[i] != KT_COULOMB_STICK ? 0 : c->item[i].type == KT_COULOMB_CONE ? 3 : 1;
 }
 
-/* Lists the items of the problem of statics (statics.h), and their rows in c->nonzero. to: the known forces of slipping
- * dry friction, and the rates that these forces cause. */
+/* Adds the items of the problem of statics (statics.h), and lists their rows in c->nonzero. The solution `to` has the
+ * known forces of dry friction that slips, and the rates that these forces cause. */
 static void list_resting(const kt_coulomb *c, const kt_coulomb_solution *to, kt_statics *statics) {
     for (int i = 0; i < c->n; i++) {
         const kt_coulomb_item *item = &c->item[i];

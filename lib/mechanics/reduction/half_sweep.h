@@ -1,8 +1,8 @@
 /* The half columns U' = H A' of four equations, or H f of four forces, in one sweep over the links of a group, tips
  * first (half_columns.h).
  *
- * b_i are the joint forces of the columns, and P_i the bias wrenches on link i, about its origin: minus the forces on
- * the link, and what its children pass on. For a joint with the axis S and the parent gain K:
+ * b_i are the joint forces of the columns. P_i are the bias wrenches on link i about its origin. They begin with minus
+ * the forces on the link, and its children add theirs. For a joint with the axis S and the parent gain K:
  *
  *     u_i = b_i - S . P_i,   P_parent += shift(P_i) + K u_i
  *

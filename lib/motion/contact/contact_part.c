@@ -346,12 +346,12 @@ static bool stop_slow_slip(kt_simulation *simulation) {
  * obeys Coulomb's law: friction mu N raises the force N that it needs by more than N (Painleve's paradox). Without
  * such a contact, treats the slowest contact that slips below its rest velocity. The attempts are, in this order:
  *
- *     REST       slow slip comes to rest. Slow slip may turn within less than the shortest step, so that an implicit
- *                step has no solution
- *     RELEASE    the contact is released, if it then parts
- *     then       impulses without a collision stop the slip, up to IMPULSES times
- *     HOLD       the slip is held for a short time, once for each contact. If the contact slips on nevertheless,
- *                other contacts of its body slip, too, and all slow slip is held
+ *     REST       Slow slip comes to rest. An implicit step has no solution if slip turns within less than the
+ *                shortest step.
+ *     RELEASE    The contact is released, if it then parts.
+ *     then       Impulses without a collision stop the slip, up to IMPULSES times.
+ *     HOLD       The slip is held for a short time, once for each contact. A contact that slips on nevertheless has
+ *                neighbours on its body that slip, too. Then all slow slip is held.
  *
  * Returns false if no attempt is left. */
 bool kt_contacts_free_wedged(kt_simulation *simulation, int *attempt) {

@@ -504,14 +504,12 @@ kt_try_result kt_newton_test_convergence(kt_integrator *it, double size, bool *d
     return kt_newton_diverged(it, 0.5, result);
 }
 
-/* An iteration may diverge because its Jacobian J is old. The next try then has
+/* An iteration may diverge because its Jacobian J is old. Then the next try has a new J.
  *
- *     a new J;
- *     or, if J cannot be computed here (next to a singular position of loops), J = 0, since a motion that is not stiff
- *         needs no J, and an old one may cause divergence for every step size;
- *     or, if the iteration has diverged with J = 0, too, the old J again and half of the step.
- *
- * J = 0 stays as long as iterations converge. Fixed steps cannot be halved, and do not try J = 0. */
+ * Next to a singular position of loops, J cannot be computed. There an old J may cause divergence for every step size,
+ * but a motion that is not stiff needs none. So the next try has J = 0, which stays as long as iterations converge. If
+ * they diverge with J = 0, too, the next try has the old J and half of the step. Fixed steps cannot be halved, and do
+ * not try J = 0. */
 kt_try_result kt_newton_retry(kt_integrator *it, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     if (result->result != KT_TRY_DIVERGED || w->is_of_now)

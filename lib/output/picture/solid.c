@@ -67,8 +67,8 @@ size_t kt_solid_edge_count(const kt_shape *shape) {
     return shape->type == KT_SHAPE_POLYGON ? 3 * (size_t)shape->point_count : 0;
 }
 
-/* Corner i of the polygon has three edges: 3 i, to the next corner on one face; 3 i + 1, the same on the other face;
- * and 3 i + 2, from face to face. */
+/* Corner i of the polygon has three edges. Edge 3 i leads to the next corner on one face, and edge 3 i + 1 on the other
+ * face. Edge 3 i + 2 leads from face to face. */
 kt_solid kt_solid_edge(const kt_shape *shape, size_t k) {
     const size_t i = k / 3;
     const double from = k % 3 == 1 ? 1.0 : -1.0, to = k % 3 == 0 ? -1.0 : 1.0;

@@ -297,8 +297,9 @@ KT_TEST(random_scenes_run_to_their_end) {
 }
 
 /* A pulse of a force or of a motion at 0.137 s, between the stages of rk4 with steps of 0.1 s, which these steps cannot
- * see. The record within the pulse violates the law: 100 N lift a block of 9.81 N, or push it beyond its
- * friction, or a drive moves it 0.04 m into the floor. Then the run ends with the place, whatever is recorded. */
+ * see. The record within the pulse violates the law. In the three scenes, a force of 100 N lifts a block of 9.81 N, the
+ * same force pushes it beyond its friction, and a drive moves it 0.04 m into the floor. The run ends with the place,
+ * whatever is recorded. */
 #define PULSE_BLOCK(position, axis)                                                                                    \
     "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n  - {name: block, mass: 1, inertia: [1, 1, 1], joint: {type: " axis \
     ", position: " position "}, markers: {foot: [0, 0, 0]}}\neffects:\n  - {name: floor, type: contact, point: "       \
