@@ -351,89 +351,114 @@ KT_OPERATOR void kt_armature_store(kt_articulated *kept, int row, kt_real1 d) {
 #endif
 }
 
-/* Computes joint accelerations and the link's accelerations from the accelerations of its parent. On entry the link's
- * alpha and linear contain c and the parent's accelerations, shifted to the link's origin. */
-KT_INLINE void kt_respond_axis(const kt_link *link, const kt_link_motion *parent, kt_link_motion *m,
-                               const kt_response *response, kt_real1 *a) {
+/* The acceleration of a link. The forward pass keeps it in registers for the link that follows, because a load right
+ * after the store of the same number waits for the store, in each link. */
+typedef struct kt_acceleration {
+    kt_real3 alpha, linear;
+} kt_acceleration;
+
+KT_OPERATOR kt_acceleration kt_acceleration_of(const kt_link_motion *m) {
+    return (kt_acceleration){m->alpha, m->linear};
+}
+
+/* The acceleration of a link whose joint does not accelerate: the parent's, shifted to the link's origin, and c. */
+KT_INLINE kt_acceleration kt_acceleration_shift(const kt_acceleration *parent, const kt_link_motion *m) {
+    return (kt_acceleration){
+        kt_add3(m->alpha, parent->alpha),
+        kt_add3(m->linear, kt_add3(parent->linear, kt_cross3(parent->alpha, m->offset))),
+    };
+}
+
+/* Compute joint accelerations and add them to the link's acceleration, which is that of kt_acceleration_shift on
+ * entry. */
+KT_INLINE void kt_respond_axis(const kt_link *link, const kt_acceleration *parent, const kt_link_motion *m,
+                               const kt_response *response, kt_acceleration *own, kt_real1 *a) {
     const kt_real1 x = kt_response_free(response) -
                        kt_dots3(response->gain_angular, parent->alpha, response->gain_linear, parent->linear);
     *a = x;
     const kt_real3 along = kt_scale3(x, kt_link_axis(link, m));
     if (link->motion != KT_MOTION_PRISMATIC)
-        m->alpha = kt_add3(m->alpha, along);
+        own->alpha = kt_add3(own->alpha, along);
     if (link->motion != KT_MOTION_REVOLUTE)
-        m->linear = kt_add3(
-            m->linear, link->motion == KT_MOTION_SCREW ? kt_scale3(kt_real1_splat(kt_link_pitch(link)), along) : along);
+        own->linear =
+            kt_add3(own->linear,
+                    link->motion == KT_MOTION_SCREW ? kt_scale3(kt_real1_splat(kt_link_pitch(link)), along) : along);
 }
 
-KT_INLINE void kt_respond_rotations(kt_real3 alpha, kt_link_motion *m, kt_real1 *a) {
+KT_INLINE void kt_respond_rotations(kt_real3 alpha, const kt_link_motion *m, kt_acceleration *own, kt_real1 *a) {
     for (int k = 0; k < 3; k++)
-        a[k] = kt_dot3(m->axes[k], kt_sub3(alpha, m->alpha));
-    m->alpha = alpha;
+        a[k] = kt_dot3(m->axes[k], kt_sub3(alpha, own->alpha));
+    own->alpha = alpha;
 }
 
-KT_INLINE void kt_respond_spherical(kt_link_motion *m, const kt_articulated *kept, kt_real1 *a) {
-    const kt_real3 moment = kt_sub3(kept->moment, kt_apply_transposed3(kept->g, m->linear));
-    kt_respond_rotations(kt_solve3(kept->j[0], kept->j[1], moment), m, a);
+KT_INLINE void kt_respond_spherical(const kt_link_motion *m, const kt_articulated *kept, kt_acceleration *own,
+                                    kt_real1 *a) {
+    const kt_real3 moment = kt_sub3(kept->moment, kt_apply_transposed3(kept->g, own->linear));
+    kt_respond_rotations(kt_solve3(kept->j[0], kept->j[1], moment), m, own, a);
 }
 
-KT_INLINE void kt_respond_free(const kt_link *link, const kt_link_motion *parent, kt_link_motion *m,
-                               const kt_articulated *kept, kt_real1 *a) {
+KT_INLINE void kt_respond_free(const kt_link *link, const kt_link_motion *parent, const kt_link_motion *m,
+                               const kt_articulated *kept, kt_acceleration *own, kt_real1 *a) {
     kt_real3 base[3];
     kt_axes_at_zero(link, parent->axes, base);
     for (int k = 0; k < 3; k++)
-        a[k] = kt_dot3(base[k], kt_sub3(kept->force, m->linear));
-    m->linear = kept->force;
-    kt_respond_rotations(kept->moment, m, a + 3);
+        a[k] = kt_dot3(base[k], kt_sub3(kept->force, own->linear));
+    own->linear = kept->force;
+    kt_respond_rotations(kept->moment, m, own, a + 3);
 }
 
-/* Accelerations of one link from its parent's and the joint's response; writes the joint accelerations to a. */
-KT_INLINE void kt_link_respond(const kt_model *model, kt_data *data, size_t i, kt_real1 *a) {
+KT_INLINE void kt_acceleration_store(const kt_acceleration *own, kt_link_motion *m) {
+    m->alpha = own->alpha;
+    m->linear = own->linear;
+}
+
+/* The acceleration of one link, from its parent's and the joint's response: `at` is the parent's on entry, and the
+ * link's on return. Writes the joint accelerations to a. */
+KT_INLINE void kt_link_respond(const kt_model *model, kt_data *data, size_t i, kt_acceleration *at, kt_real1 *a) {
     const kt_link *link = &model->link[i];
-    const kt_link_motion *parent = &data->motion[link->parent];
     kt_link_motion *m = &data->motion[i];
-    m->alpha = kt_add3(m->alpha, parent->alpha);
-    m->linear = kt_add3(m->linear, kt_add3(parent->linear, kt_cross3(parent->alpha, m->offset)));
+    kt_acceleration own = kt_acceleration_shift(at, m);
     switch ((kt_motion)link->motion) {
     case KT_MOTION_REVOLUTE:
     case KT_MOTION_PRISMATIC:
     case KT_MOTION_SCREW:
-        kt_respond_axis(link, parent, m, &data->response[i], a + link->v);
+        kt_respond_axis(link, at, m, &data->response[i], &own, a + link->v);
         break;
     case KT_MOTION_SPHERICAL:
-        kt_respond_spherical(m, &data->articulated[link->articulated], a + link->v);
+        kt_respond_spherical(m, &data->articulated[link->articulated], &own, a + link->v);
         break;
     case KT_MOTION_FREE:
-        kt_respond_free(link, parent, m, &data->articulated[link->articulated], a + link->v);
+        kt_respond_free(link, &data->motion[link->parent], m, &data->articulated[link->articulated], &own, a + link->v);
         break;
     case KT_MOTION_NONE:
         break;
     }
+    kt_acceleration_store(&own, m);
+    *at = own;
 }
 
 /* Computes the acceleration of a link that may have armature. */
 static __attribute__((noinline, unused)) void kt_link_respond_armature(const kt_model *model, kt_data *data, size_t i,
-                                                                       kt_real1 *a) {
+                                                                       kt_acceleration *at, kt_real1 *a) {
     const kt_link *link = &model->link[i];
-    const kt_link_motion *parent = &data->motion[link->parent];
     kt_link_motion *m = &data->motion[i];
     kt_articulated *kept = &data->articulated[link->articulated];
     kt_subspace s;
     if (!link->has_armature || kt_link_dofs(link) == 1) {
-        kt_link_respond(model, data, i, a);
+        kt_link_respond(model, data, i, at, a);
         return;
     }
-    m->alpha = kt_add3(m->alpha, parent->alpha);
-    m->linear = kt_add3(m->linear, kt_add3(parent->linear, kt_cross3(parent->alpha, m->offset)));
-    kt_link_subspace(link, parent, m, &s);
+    *at = kt_acceleration_shift(at, m);
+    kt_link_subspace(link, &data->motion[link->parent], m, &s);
     for (int k = 0; k < s.count; k++) {
         const kt_real1 y = KT_PART3(k < 3 ? kept->moment : kept->force, k % 3);
         const kt_real1 x =
-            y - kt_dots3(*kt_armature_gain(kept, 2 * k), m->alpha, *kt_armature_gain(kept, 2 * k + 1), m->linear);
-        m->alpha = kt_add_scaled3(m->alpha, x, s.angular[k]);
-        m->linear = kt_add_scaled3(m->linear, x, s.linear[k]);
+            y - kt_dots3(*kt_armature_gain(kept, 2 * k), at->alpha, *kt_armature_gain(kept, 2 * k + 1), at->linear);
+        at->alpha = kt_add_scaled3(at->alpha, x, s.angular[k]);
+        at->linear = kt_add_scaled3(at->linear, x, s.linear[k]);
         a[link->v + k] = x;
     }
+    kt_acceleration_store(at, m);
 }
 
 /* ---- the recursion -----------------------------------------------------------------------------------------------
@@ -522,17 +547,20 @@ KT_INLINE size_t kt_articulated_backward(const kt_model *model, kt_data *data, c
 }
 
 /* Forward pass: accelerations; `respond` is kt_link_respond, or does more. */
-typedef void kt_respond(const kt_model *model, kt_data *data, size_t i, kt_real1 *a);
+typedef void kt_respond(const kt_model *model, kt_data *data, size_t i, kt_acceleration *at, kt_real1 *a);
 
 KT_INLINE void kt_articulated_forward(const kt_model *model, kt_data *data, size_t end, kt_respond *respond,
                                       kt_real1 *a) {
     const bool far = model->exceeds_caches;
+    kt_acceleration at = kt_acceleration_of(&data->motion[0]);
     for (size_t i = 1; i < end; i++) {
         if (far) {
             kt_link_fetch(model, data, kt_ahead(i, end));
             kt_fetch(&data->response[kt_ahead(i, end)], sizeof *data->response);
         }
-        respond(model, data, i, a);
+        if (!model->link[i].follows)
+            at = kt_acceleration_of(&data->motion[model->link[i].parent]);
+        respond(model, data, i, &at, a);
     }
 }
 

@@ -101,12 +101,16 @@ KT_INLINE void backward_pass(const kt_model *model, const kt_inverse_terms *w, k
 KT_INLINE void forward_pass(const kt_model *model, const kt_inverse_terms *w, kt_real1 *x) {
     const kt_real3 none = kt_zero3();
     size_t dof = 0;
+    kt_real3 alpha = none, linear = none; /* of the previous link, in registers as in aba.h */
     w->flow[0] = (kt_inverse_flow){none, none};
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
-        const kt_inverse_flow *up = &w->flow[link->parent];
         const int count = kt_link_dofs(link);
-        kt_real3 alpha = up->angular, linear = kt_add3(up->linear, kt_cross3(up->angular, w->offset[i]));
+        if (!link->follows) {
+            alpha = w->flow[link->parent].angular;
+            linear = w->flow[link->parent].linear;
+        }
+        linear = kt_add3(linear, kt_cross3(alpha, w->offset[i]));
         for (int k = 0; k < count; k++, dof++) {
             const kt_inverse_dof *t = &w->dof[dof];
             const kt_real1 a = x[link->v + k] - kt_dots3(t->gain[0], alpha, t->gain[1], linear);

@@ -8,6 +8,8 @@
  *   f = m a + alpha x h + w x (w x h)
  * Backward pass:
  *   tau = s . n or s . f,   n_p += n + r x f,   f_p += f
+ * The wrench passes in registers to the previous link, if this link is its child. A load right after the store of the
+ * same number waits for the store, in each link.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/angles.h"
@@ -25,6 +27,12 @@ KT_INLINE void inertial_wrench(const kt_link *link, const kt_link_motion *m, kt_
         kt_add3(kt_add3(kt_apply3(j, m->alpha), kt_cross3(m->omega, kt_apply3(j, m->omega))), kt_cross3(h, m->linear));
     load->force = kt_add3(kt_add3(kt_scale3(kt_const_real1(link->mass), m->linear), kt_cross3(m->alpha, h)),
                           kt_cross3(m->omega, kt_cross3(m->omega, h)));
+}
+
+/* Adds the wrench that a link passes to its parent. */
+KT_INLINE void add_carried_wrench(kt_link_origin *to, const kt_link_origin *from) {
+    to->moment = kt_add3(to->moment, from->moment);
+    to->force = kt_add3(to->force, from->force);
 }
 
 void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
@@ -52,6 +60,7 @@ void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const kt_real1 
     }
     if (external)
         kt_external_subtract(model, data, external);
+    kt_link_origin carried = {.moment = kt_zero3(), .force = kt_zero3()};
     for (size_t i = count - 1; i > 0; i--) {
         const kt_link *link = &model->link[i];
         const kt_link_motion *m = &motion[i];
@@ -59,10 +68,14 @@ void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const kt_real1 
             kt_link_fetch(model, data, kt_ahead_down(i));
             kt_fetch(&load[kt_ahead_down(i)], sizeof *load);
         }
-        kt_link_origin *own = &load[i], *parent = &load[link->parent];
+        kt_link_origin *own = &load[i];
+        if (link->leads)
+            add_carried_wrench(own, &carried);
+        carried = *own;
         kt_dof_projection p = {.load = own, .tau = &tau[link->v]};
         kt_dofs_visit(link, motion[link->parent].axes, m->axes, kt_project_wrench, &p);
-        parent->moment = kt_add3(parent->moment, kt_add3(own->moment, kt_cross3(m->offset, own->force)));
-        parent->force = kt_add3(parent->force, own->force);
+        carried.moment = kt_add3(carried.moment, kt_cross3(m->offset, carried.force));
+        if (!link->follows)
+            add_carried_wrench(&load[link->parent], &carried);
     }
 }

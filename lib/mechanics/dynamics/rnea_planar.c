@@ -36,20 +36,30 @@ static inline void forward_pass(const kt_model *model, kt_data *data, const kt_p
     }
 }
 
-/* Backward pass: the joint force of each link, from the wrench about the link's origin, which passes on to the
- * parent. */
+/* Backward pass: the joint force of each link, from the wrench about the link's origin, which passes on to the parent:
+ * in registers to the previous link, as in rnea.c. */
 static inline void backward_pass(const kt_model *model, kt_data *data, kt_real1 *tau) {
     const kt_planar_link *link = &model->planar[model->n.planar] - 1;
     kt_planar_motion *motion = data->planar, *m = &motion[model->n.planar] - 1;
+    kt_real1 moment = kt_real1_splat(0.0);
+    kt_real2 force = kt_same2(0.0);
     for (; m > motion; link--, m--) {
-        kt_planar_motion *parent = link->follows ? m - 1 : &motion[link->parent];
-        const kt_real2 force = kt_load2(m->force), p = kt_across2(kt_load2(m->offset));
+        if (link->leads) {
+            m->moment += moment;
+            kt_store2(m->force, kt_add2(kt_load2(m->force), force));
+        }
+        moment = m->moment;
+        force = kt_load2(m->force);
         if (link->revolute)
-            tau[link->v] = link->sign * m->moment;
+            tau[link->v] = link->sign * moment;
         else
             tau[link->v] = kt_dot2(force, kt_planar_const_sum(kt_load2(m->rotation), link->along));
-        parent->moment += m->moment + kt_dot2(p, force);
-        kt_store2(parent->force, kt_add2(kt_load2(parent->force), force));
+        moment += kt_dot2(kt_across2(kt_load2(m->offset)), force);
+        if (!link->follows) {
+            kt_planar_motion *parent = &motion[link->parent];
+            parent->moment += moment;
+            kt_store2(parent->force, kt_add2(kt_load2(parent->force), force));
+        }
     }
 }
 

@@ -267,10 +267,11 @@ static kt_elimination eliminate_armature(const kt_model *model, kt_data *data, s
 
 /* The acceleration of link i in the forward pass. A group accelerates at its first link. With `delassus`, the links of
  * groups in the form of Delassus accelerate one by one, as in a tree. */
-KT_INLINE void respond_to(const kt_model *model, kt_data *data, size_t i, bool delassus, kt_real1 *a) {
+KT_INLINE void respond_to(const kt_model *model, kt_data *data, size_t i, bool delassus, kt_acceleration *at,
+                          kt_real1 *a) {
     const kt_link *link = &model->link[i];
     if (link->group < 0 || (delassus && is_special(model, data, link->group))) {
-        kt_link_respond(model, data, i, a);
+        kt_link_respond(model, data, i, at, a);
         return;
     }
     const kt_group *group = &model->group[link->group];
@@ -281,13 +282,14 @@ KT_INLINE void respond_to(const kt_model *model, kt_data *data, size_t i, bool d
         kt_group_respond(model, data, group, &w, a);
     }
     kt_link_acceleration(link, &data->motion[link->parent], a, &data->motion[i]);
+    *at = kt_acceleration_of(&data->motion[i]);
 }
 
-KT_INLINE void respond(const kt_model *model, kt_data *data, size_t i, kt_real1 *a) {
-    respond_to(model, data, i, false, a);
+KT_INLINE void respond(const kt_model *model, kt_data *data, size_t i, kt_acceleration *at, kt_real1 *a) {
+    respond_to(model, data, i, false, at, a);
 }
-KT_INLINE void respond_delassus(const kt_model *model, kt_data *data, size_t i, kt_real1 *a) {
-    respond_to(model, data, i, true, a);
+KT_INLINE void respond_delassus(const kt_model *model, kt_data *data, size_t i, kt_acceleration *at, kt_real1 *a) {
+    respond_to(model, data, i, true, at, a);
 }
 
 /* Computes accelerations of a model that has groups which are solved between the passes. */
@@ -323,12 +325,12 @@ static bool has_group_in_range_space(const kt_model *model, const kt_data *data)
 }
 #endif
 
-static void respond_armature(const kt_model *model, kt_data *data, size_t i, kt_real1 *a) {
+static void respond_armature(const kt_model *model, kt_data *data, size_t i, kt_acceleration *at, kt_real1 *a) {
     const int32_t group = model->link[i].group;
     if (group < 0 || is_special(model, data, group))
-        kt_link_respond_armature(model, data, i, a);
+        kt_link_respond_armature(model, data, i, at, a);
     else
-        respond(model, data, i, a);
+        respond(model, data, i, at, a);
 }
 
 /* Either with armature. */
