@@ -10,7 +10,6 @@
 #include "cone/coulomb.h"
 
 #include "cone/cone.h"
-#include "cone/statics.h"
 #include "kinetree/algebra.h"
 
 #include <assert.h>
@@ -37,8 +36,6 @@ kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, size_t most
     solver->best = kt_coulomb_solution_init(items, rows, behind + 2 * size);
     return solver;
 }
-
-static bool is_open_alone(const kt_coulomb_item *item) { return item->rejected == ~(1U << KT_COULOMB_OPEN); }
 
 /* Writes the rows that make up the r-th row of an item: `row` and `by` (factor) of each. Returns their number. Slip in
  * a given direction has one row. */
@@ -102,7 +99,7 @@ static void pose(const kt_coulomb *c, kt_coulomb_solver *p) {
         const kt_coulomb_item *item = &c->item[i];
         p->mu[i] = item->type == KT_COULOMB_CONE ? item->friction : 0.0;
         p->least[i] = item->least;
-        p->limit[i] = item->type == KT_COULOMB_DRY ? item->friction : is_open_alone(item) ? 0.0 : -1.0;
+        p->limit[i] = item->type == KT_COULOMB_DRY ? item->friction : kt_coulomb_is_open_alone(item) ? 0.0 : -1.0;
         p->has_limit = p->has_limit || p->limit[i] >= 0.0;
         p->symmetric = p->symmetric && item->type != KT_COULOMB_SLIPS;
     }
@@ -147,7 +144,7 @@ static void find_modes(const kt_coulomb *c, kt_coulomb_solution *to) {
         const kt_coulomb_item *item = &c->item[i];
         const double p = to->p[item->row], u = to->u[item->row];
         const bool leaves = (item->rejected & 1U << KT_COULOMB_STICK) != 0;
-        const bool is_active = p - item->least > 1e-10 * most && !is_open_alone(item);
+        const bool is_active = p - item->least > 1e-10 * most && !kt_coulomb_is_open_alone(item);
         memcpy(to->e[i], item->e, sizeof to->e[i]);
         if (item->type == KT_COULOMB_DRY) {
             const bool moves = fabs(u) > 1e-9 * c->size;
@@ -243,108 +240,6 @@ static bool open_any(kt_coulomb *c, kt_coulomb_solver *solver, bool held, kt_cou
     return false;
 }
 
-/* ---- rest -------------------------------------------------------------------------------------------------------- */
-
-/* Rows of an item that sticks, or is closed, in these modes; 0: its force is known. */
-static int rows_at_rest(const kt_coulomb *c, const kt_coulomb_solution *to, int i) {
-    return to->mode[i] != KT_COULOMB_STICK ? 0 : c->item[i].type == KT_COULOMB_CONE ? 3 : 1;
-}
-
-/* Adds the items of the problem of statics (statics.h), and lists their rows in c->nonzero. The solution `to` has the
- * known forces of dry friction that slips, and the rates that these forces cause. */
-static void list_resting(const kt_coulomb *c, const kt_coulomb_solution *to, kt_statics *statics) {
-    for (int i = 0; i < c->n; i++) {
-        const kt_coulomb_item *item = &c->item[i];
-        const int rows = rows_at_rest(c, to, i);
-        const bool is_dry = item->type == KT_COULOMB_DRY;
-        for (int r = 0; r < rows; r++)
-            c->nonzero[statics->rows + r] = r == 0 ? item->row : item->across + r - 1;
-        if (rows > 0)
-            (void)kt_statics_add(statics,
-                                 rows == 3 ? KT_STATICS_CONE
-                                 : is_dry  ? KT_STATICS_DRY
-                                           : KT_STATICS_NORMAL,
-                                 item->friction, is_dry ? 0.0 : item->least, kt_coulomb_weight(c, i));
-    }
-    statics->columns = statics->rows;
-    for (int i = 0; i < statics->rows; i++) {
-        statics->p[i] = -c->b[c->nonzero[i]] - to->u[c->nonzero[i]];
-        for (int j = 0; j < statics->rows; j++)
-            statics->matrix[i * statics->rows + j] = kt_coulomb_entry(c, c->nonzero[i], c->nonzero[j]);
-    }
-}
-
-/* Writes the forces that dry friction has while it slips, and the rates due to these. Returns the number of all other
- * rows; -1 if contacts slip or cannot stick. */
-static int begin_rest(const kt_coulomb *c, kt_coulomb_solution *to) {
-    int rows = 0;
-    memset(to->p, 0, (size_t)c->rows * sizeof *to->p);
-    for (int i = 0; i < c->n; i++) {
-        const kt_coulomb_item *item = &c->item[i];
-        const bool is_dry = item->type == KT_COULOMB_DRY, sticks = to->mode[i] == KT_COULOMB_STICK;
-        const bool slips = item->type == KT_COULOMB_SLIPS || (item->type == KT_COULOMB_CONE && !(item->friction > 0.0));
-        if (to->mode[i] != KT_COULOMB_OPEN && (sticks ? slips : !is_dry))
-            return -1;
-        if (is_dry && !sticks)
-            to->p[item->row] = to->mode[i] == KT_COULOMB_SLIP ? -item->friction : item->friction;
-        rows += rows_at_rest(c, to, i);
-    }
-    kt_coulomb_find_rates(c, to->p, to->u);
-    return rows;
-}
-
-/* Whether the rates satisfy the laws of the modes. */
-static bool rates_agree(const kt_coulomb *c, const kt_coulomb_solution *to, int i) {
-    const kt_coulomb_item *item = &c->item[i];
-    const double small = 1e-10 * c->size, u = to->u[item->row];
-    const double across = rows_at_rest(c, to, i) == 3 ? kt_hypot(to->u[item->across], to->u[item->across + 1]) : 0.0;
-    return to->mode[i] == KT_COULOMB_STICK       ? fabs(u) <= small && across <= small
-           : to->mode[i] == KT_COULOMB_SLIP_BACK ? u <= small
-                                                 : u >= -small;
-}
-
-/* Finds the least forces in the cones of all contacts that press, if these stick. The distribution of the load among
- * these contacts has no influence on the motion, because they are at rest, or only dry friction of joints slips.
- * Returns whether such forces exist. */
-static bool stick_within_cones(const kt_coulomb *c, kt_coulomb_solution *to) {
-    const int rows = kt_coulomb_fits(c, to) ? begin_rest(c, to) : -1;
-    if (rows < 0)
-        return false;
-    kt_statics *statics = kt_statics_init((size_t)rows, (size_t)rows, c->matrices);
-    list_resting(c, to, statics);
-    if (!kt_statics_begin_symmetric(statics))
-        return false;
-    kt_statics_find_margin(statics);
-    kt_statics_find_least(statics);
-    to->shares = statics->nullity > 0;
-    for (int i = 0; i < rows; i++)
-        to->p[c->nonzero[i]] = kt_statics_force(statics, i);
-    const double weak = kt_statics_exact * statics->unit;
-    bool holds = statics->margin >= -kt_statics_exact;
-    kt_coulomb_find_rates(c, to->p, to->u);
-    for (int i = 0; i < c->rows; i++)
-        to->u[i] += c->b[i];
-    for (int i = 0; i < c->n; i++) {
-        const kt_coulomb_item *item = &c->item[i];
-        holds = holds && rates_agree(c, to, i);
-        if (item->type != KT_COULOMB_DRY && to->p[item->row] * sqrt(kt_coulomb_weight(c, i)) <= weak)
-            to->mode[i] = KT_COULOMB_OPEN;
-    }
-    return holds;
-}
-
-/* Finds the least forces under which all items are at rest. Returns whether such forces exist. */
-static bool find_rest(const kt_coulomb *c, kt_coulomb_solution *to) {
-    for (int i = 0; i < c->n; i++) {
-        const bool is_open = is_open_alone(&c->item[i]);
-        if (!is_open && (c->item[i].rejected & 1U << KT_COULOMB_STICK) != 0)
-            return false;
-        to->mode[i] = is_open ? KT_COULOMB_OPEN : KT_COULOMB_STICK;
-        memcpy(to->e[i], c->item[i].e, sizeof to->e[i]);
-    }
-    return stick_within_cones(c, to);
-}
-
 /* ---- independent rows ------------------------------------------------------------------------------------------- */
 
 /* Opens contacts until the normal rows of pressing contacts are independent. An open contact exerts no tangential
@@ -358,7 +253,7 @@ static bool make_independent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
         found = kt_coulomb_fits(c, to) && open_any(c, solver, true, to, steps);
         if (!found) {
             kt_coulomb_copy(c, to, solver->next);
-            if (stick_within_cones(c, solver->next)) {
+            if (kt_coulomb_stick(c, solver->next)) {
                 kt_coulomb_copy(c, solver->next, to);
                 found = true;
                 break;
@@ -375,7 +270,7 @@ static bool make_independent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
  * would then restrain more motions: for example, an open wheel spins freely. */
 static bool is_loose(const kt_coulomb *c, kt_coulomb_solution *to, int i) {
     const kt_coulomb_item *item = &c->item[i];
-    if (item->type != KT_COULOMB_CONE || to->mode[i] != KT_COULOMB_OPEN || is_open_alone(item) ||
+    if (item->type != KT_COULOMB_CONE || to->mode[i] != KT_COULOMB_OPEN || kt_coulomb_is_open_alone(item) ||
         !(fabs(to->u[item->row]) <= 1e-9 * c->size))
         return false;
     to->mode[i] = KT_COULOMB_STICK;
@@ -399,7 +294,7 @@ static void close_loose(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulo
         }
     if (first < 0)
         return;
-    if (may_stick && stick_within_cones(c, closed)) {
+    if (may_stick && kt_coulomb_stick(c, closed)) {
         kt_coulomb_copy(c, closed, to);
         to->count = 1;
         return;
@@ -413,7 +308,7 @@ static void close_loose(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulo
  * room. */
 static void stick_all(const kt_coulomb *c, kt_coulomb_solution *to) {
     for (int i = 0; i < c->n; i++) {
-        to->mode[i] = is_open_alone(&c->item[i]) ? KT_COULOMB_OPEN : KT_COULOMB_STICK;
+        to->mode[i] = kt_coulomb_is_open_alone(&c->item[i]) ? KT_COULOMB_OPEN : KT_COULOMB_STICK;
         memcpy(to->e[i], c->item[i].e, sizeof to->e[i]);
     }
     if (kt_coulomb_fits(c, to))
@@ -424,7 +319,7 @@ static void stick_all(const kt_coulomb *c, kt_coulomb_solution *to) {
 
 static bool any_is_rejected(const kt_coulomb *c) {
     for (int i = 0; i < c->n; i++)
-        if ((c->item[i].rejected & 1U << KT_COULOMB_STICK) != 0 && !is_open_alone(&c->item[i]))
+        if ((c->item[i].rejected & 1U << KT_COULOMB_STICK) != 0 && !kt_coulomb_is_open_alone(&c->item[i]))
             return true;
     return false;
 }
@@ -508,12 +403,16 @@ bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent
     assert(c->n >= 0 && c->rows >= c->n && (c->n == 0 || c->W != NULL || c->entry != NULL));
     assert(solution != solver->other && solution != solver->next && solution != solver->best);
     solution->count = solver->other->count = 0;
-    if (find_rest(c, solution)) {
+    if (kt_coulomb_find_rest(c, solution, false)) {
         solution->count = 1;
         return true;
     }
     stick_all(c, solution);
     const bool sorts = !kt_coulomb_is_unique(c, solution);
+    if (sorts && kt_coulomb_find_rest(c, solution, true)) {
+        solution->count = 1;
+        return true;
+    }
     if (sorts)
         kt_coulomb_sort(c, solver);
     const bool found = solve_moving(c, solver, independent, solution, steps);

@@ -15,9 +15,10 @@
  *
  * Such a contact never opens. While p = l, the contact can also stick or slip, so that the contact has 6 modes.
  *
- * If forces exist with which all items rest, the items rest with the least such forces (statics.h). Otherwise, if
- * normal rows of closed contacts depend on each other, contacts are opened until the remaining rows are independent.
- * Tangential forces that are not unique are the least ones.
+ * If forces exist with which all items rest, the items rest with the least such forces (coulomb_rest.c). If normal rows
+ * of closed contacts depend on each other, rest is also preferred while other contacts slip in given directions.
+ * Otherwise contacts are opened until the remaining rows are independent. Tangential forces that are not unique are the
+ * least ones.
  *
  * Matrices have room for `most` items. If a problem has more, the cone solver takes a working set of these
  * (cone_members.c), and only combinations of modes with at most so many closed items are made exact. W need not be
@@ -74,6 +75,11 @@ typedef struct kt_coulomb_item {
     double e[2];       /* the direction of slip, given */
     unsigned rejected; /* modes that are not tried, a bit each */
 } kt_coulomb_item;
+
+/* Whether the item may only be open. */
+static inline bool kt_coulomb_is_open_alone(const kt_coulomb_item *item) {
+    return item->rejected == ~(1U << KT_COULOMB_OPEN);
+}
 
 typedef double kt_coulomb_pair[2];
 
@@ -212,6 +218,16 @@ void kt_coulomb_polish(const kt_coulomb *c, kt_coulomb_solution *to);
 static inline double *kt_coulomb_matrix_row(double *matrix, int k, int columns) {
     return matrix + (ptrdiff_t)k * columns;
 }
+
+/* ---- rest (coulomb_rest.c) --------------------------------------------------------------------------------------- */
+
+/* Finds the least forces in the cones of all contacts that press, if these stick, or slip on in given directions. The
+ * distribution of the load among these contacts has no influence on the motion: contacts that share the load are at
+ * rest, or only dry friction of joints slips. Returns whether such forces exist. */
+bool kt_coulomb_stick(const kt_coulomb *c, kt_coulomb_solution *to);
+/* Finds the least forces under which all items are at rest; with `slips`, except contacts that slip on in given
+ * directions. Returns whether such forces exist. */
+bool kt_coulomb_find_rest(const kt_coulomb *c, kt_coulomb_solution *to, bool slips);
 
 /* ---- a solution (coulomb.c) -------------------------------------------------------------------------------------- */
 

@@ -11,6 +11,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cone/statics.h"
 
+#include "algebra/lu.h"
 #include "kinetree/algebra.h"
 #include "linear/cholesky.h"
 
@@ -174,10 +175,24 @@ void kt_statics_begin(kt_statics *statics) {
     choose_unit(statics);
 }
 
+/* Solves the r equations A y = c, by column. A symmetric matrix has to be positive definite. */
+static bool solve_range(kt_statics *statics, int r, bool symmetric, double *A, double *y) {
+    if (symmetric) {
+        if (r > 0 && !kt_dense_cholesky(A, (size_t)r, r, NULL))
+            return false;
+        kt_dense_solve(A, r, y);
+        return true;
+    }
+    if (!kt_lu_factor(A, (size_t)r, statics->pivot))
+        return false;
+    kt_lu_solve_transposed(A, (size_t)r, statics->pivot, y);
+    return true;
+}
+
 /* Solves Q'A Q y = Q'c with the basis Q of the range, and writes Q y to p, which is c at first. */
-static bool solve_in_range(kt_statics *statics) {
+static bool solve_in_range(kt_statics *statics, bool symmetric) {
     const int r = statics->rank, m = statics->rows;
-    double *A = statics->hessian, *y = statics->step;
+    double *A = statics->hessian, *y = statics->step; /* A': its columns are rows of Q'A Q */
     for (int j = 0; j < r; j++) {
         const double *z = statics->basis + j * m;
         y[j] = kt_dense_dot(z, statics->p, m);
@@ -186,9 +201,8 @@ static bool solve_in_range(kt_statics *statics) {
         for (int i = 0; i < r; i++)
             A[j * r + i] = kt_dense_dot(statics->basis + i * m, statics->change, m);
     }
-    if (r > 0 && !kt_dense_cholesky(A, (size_t)r, r, NULL))
+    if (!solve_range(statics, r, symmetric, A, y))
         return false;
-    kt_dense_solve(A, r, y);
     memset(statics->p, 0, (size_t)m * sizeof *statics->p);
     for (int j = 0; j < r; j++)
         for (int i = 0; i < m; i++)
@@ -196,14 +210,14 @@ static bool solve_in_range(kt_statics *statics) {
     return true;
 }
 
-bool kt_statics_begin_symmetric(kt_statics *statics) {
+bool kt_statics_begin_square(kt_statics *statics, bool symmetric) {
     assert(statics->columns == statics->rows);
     scale_rows(statics, true);
     find_range(statics);
     find_null_space(statics);
     for (int i = 0; i < statics->rows; i++)
         statics->p[i] /= statics->scale[i];
-    const bool solves = solve_in_range(statics);
+    const bool solves = solve_in_range(statics, symmetric);
     choose_unit(statics);
     return solves;
 }

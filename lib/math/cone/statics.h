@@ -53,7 +53,8 @@ typedef struct kt_statics_item {
     X(double, step, rows + 1, "scratch: Newton's step of x and t")                                                     \
     X(double, local, 4 * (rows + 1), "scratch: of each unknown, its part in an item")                                  \
     X(double, next, rows, "scratch: forces after the step")                                                            \
-    X(double, change, rows, "scratch: by which forces change")
+    X(double, change, rows, "scratch: by which forces change")                                                         \
+    X(int, pivot, rows, "scratch: of a matrix that is not symmetric")
 
 typedef struct kt_statics {
     int n, rows, columns; /* items; forces; equations */
@@ -78,9 +79,10 @@ kt_statics_item *kt_statics_add(kt_statics *statics, kt_statics_type type, doubl
 
 /* Finds p0 from forces p that satisfy A p = c. */
 void kt_statics_begin(kt_statics *statics);
-/* Finds p0 for A = W, which is symmetric, and c = -b, which p has at first. The caller checks the residual: no forces
- * may satisfy A p = c. Returns false if W is not positive semidefinite. */
-bool kt_statics_begin_symmetric(kt_statics *statics);
+/* Finds p0 for a square A, and for c, which p has at first. A is W, which is symmetric, unless friction follows normal
+ * forces. The caller checks the residual, since possibly no forces have A p = c. Returns false if a symmetric A is not
+ * positive semidefinite, or if p0 is not found. */
+bool kt_statics_begin_square(kt_statics *statics, bool symmetric);
 /* Finds the largest margin, and forces p with this margin. */
 void kt_statics_find_margin(kt_statics *statics);
 /* Finds the least p in K, after kt_statics_find_margin. If the margin is not positive, p stays as it is. */

@@ -155,7 +155,7 @@ static double solve_rest(const problem *p, const int *order, void *memory, doubl
                 statics->matrix[(3 * i + c) * m + j] = p->W[3 * of + c][3 * order[j / 3] + j % 3];
         }
     }
-    if (!kt_statics_begin_symmetric(statics))
+    if (!kt_statics_begin_square(statics, true))
         return (double)NAN;
     kt_statics_find_margin(statics);
     kt_statics_find_least(statics);
