@@ -108,7 +108,7 @@ static kt_status find_struck(kt_simulation *simulation, const kt_model *open, do
     kt_contacts_list_rows(simulation);
     kt_status status = kt_contacts_find_response(simulation, open, t, q, error);
     if (status == KT_OK)
-        status = kt_contacts_find_norm(simulation, open, q, c->v, &c->speed, error);
+        status = kt_contacts_find_speed(simulation, open, q, error);
     *approach = status == KT_OK ? kt_contacts_find_rates(simulation) : 0.0;
     return status;
 }

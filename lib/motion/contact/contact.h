@@ -144,7 +144,8 @@ struct kt_contacts {
     double *W;             /* W of the rows, or their diagonal */
     uint64_t mask;         /* the switches of all items: contact_mask */
     uint64_t back;         /* the bits `back` among them */
-    double speed, change;  /* at an event: roots of v'M v and a'M a */
+    double speed, change;  /* at an event: roots of v'M v and a'M a, */
+    double fastest;        /* and the largest rate of an item, in units per s (own_time.c) */
     uint64_t set;          /* kt_model.set of the values, as `at` is their state */
     size_t inverse_size;   /* bytes of inverse_memory */
     int most, whole;       /* items that have room in matrices; W is stored if at most `whole` rows touch */
@@ -201,8 +202,10 @@ static inline double kt_contact_resting(const kt_simulation *simulation, int k) 
     const double time = simulation->memory.own_time;
     return time > 0.0 ? kt_slip_rest * simulation->contacts->item[k].unit / time : 0.0;
 }
-/* Finds the time in which the mechanism moves by its own size (own_time.c), from `speed` and `change`. Data of the
- * simulation belong to `open`. */
+/* Finds `speed` and `fastest` from the velocities c->v and the equations. Data of the simulation belong to `open`. */
+KT_CHECKED kt_status kt_contacts_find_speed(kt_simulation *simulation, const kt_model *open, const double *q,
+                                            kt_error *error);
+/* Finds the own time (own_time.c) from `fastest` and `change`. Data of the simulation belong to `open`. */
 KT_CHECKED kt_status kt_contacts_find_own_time(kt_simulation *simulation, const kt_model *open, const double *q,
                                                kt_error *error);
 

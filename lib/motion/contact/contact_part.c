@@ -235,7 +235,7 @@ static kt_status solve_contacts(kt_simulation *simulation, double t, double *los
     kt_data_rebind(open, simulation->data);
     kt_status status = kt_contacts_find_response(simulation, open, t, y, error);
     if (status == KT_OK)
-        status = kt_contacts_find_norm(simulation, open, y, c->v, &c->speed, error);
+        status = kt_contacts_find_speed(simulation, open, y, error);
     if (status == KT_OK)
         status = kt_contacts_spare_held(simulation, open, t, error);
     if (status == KT_OK && c->window > 0.0)

@@ -271,7 +271,7 @@ kt_status kt_contacts_solve_reactions(kt_simulation *simulation, double t, doubl
     return solve_all_forces(simulation, t, true, &jams, lost, error);
 }
 
-/* The own time follows from the speed of the mechanism, and from its acceleration with all contacts open
+/* The own time follows from the rates of the items, and from the acceleration with all contacts open
  * (kt_contacts_find_free). The evaluation binds the data of the simulation to the model with open contacts, and
  * afterwards to the present model again. */
 void kt_contacts_begin_own_time(kt_simulation *simulation, double t, const double *y) {
@@ -280,7 +280,9 @@ void kt_contacts_begin_own_time(kt_simulation *simulation, double t, const doubl
     kt_error made = {0};
     kt_contacts_clear_rows(c);
     kt_data_rebind(open, simulation->data);
-    kt_status status = kt_contacts_find_norm(simulation, open, y, c->v, &c->speed, &made);
+    kt_status status = kt_contacts_find_equations(c, model, t, y, c->v, true, &made);
+    if (status == KT_OK)
+        status = kt_contacts_find_speed(simulation, open, y, &made);
     if (status == KT_OK)
         status = kt_contacts_find_free(simulation, t, y, &made);
     if (status != KT_OK) /* the first step reports it */
