@@ -155,13 +155,64 @@ static bool has_stopped(const struct kt_contacts *c, int i, const double *u) {
     return false;
 }
 
+/* Finds the contacts that loops may clamp: normal impulses of any size, of all these contacts at once, change no rate,
+ * so that their normal rows depend on each other. Sets their least impulses to `least`. Returns the impulse that stops
+ * their slip if each contact is alone; 0 without slip. */
+static double clamp_contacts(const struct kt_contacts *c, kt_coulomb *p, const double *u, double least) {
+    double most = 0.0;
+    for (int k = 0; k < p->n; k++)
+        c->solution->mode[k] = KT_COULOMB_SLIP;
+    for (int k = 0; k < p->n && kt_coulomb_fits(p, c->solution); k++) {
+        kt_coulomb_item *item = &p->item[k];
+        if (!kt_coulomb_is_held(p, c->solution, k, 1, false))
+            continue;
+        item->least = least;
+        if (item->type == KT_COULOMB_CONE && item->friction > 0.0)
+            most = fmax(most, slip_speed_of(c, c->posed[k], u) / (item->friction * kt_coulomb_weight(p, k)));
+    }
+    return most;
+}
+
+/* Whether the contacts with least impulses neither slip nor part. */
+static bool clamped_rest(const struct kt_contacts *c, const kt_coulomb *p) {
+    const double most = 1e-9 * p->size;
+    bool rest = true;
+    for (int k = 0; k < p->n; k++) {
+        const double *u = c->solution->u + p->item[k].across;
+        rest = rest &&
+               (!(p->item[k].least > 0.0) || (fabs(c->solution->u[p->item[k].row]) <= most &&
+                                              (p->item[k].type != KT_COULOMB_CONE || kt_hypot(u[0], u[1]) <= most)));
+    }
+    return rest;
+}
+
+/* A bar may be normal to the face on which its body slides. Slip contradicts the bar at second order, so that no forces
+ * exist. But the bar may clamp the contacts of the face with any impulses, which stop the slip. Returns the problem of
+ * an impact without approach in which the contacts are clamped and stop; NULL: there is none. */
+static kt_coulomb *find_clamped(kt_simulation *simulation, const double *W, const double *u, double *energy) {
+    enum { TIMES = 6 };
+    static const double factor = 8.0; /* other contacts and bodies may need larger impulses */
+    struct kt_contacts *c = simulation->contacts;
+    double least = clamp_contacts(c, pose_jam(simulation, W, u, -1, 0.0), u, 0.0);
+    for (int k = 0; k < TIMES && least > 0.0; k++, least *= factor) {
+        kt_coulomb *p = pose_jam(simulation, W, u, -1, 0.0);
+        (void)clamp_contacts(c, p, u, least);
+        if (solve_jam(simulation, p, energy) && clamped_rest(c, p))
+            return p;
+    }
+    return NULL;
+}
+
 /* The paradox leads to the problem of an impact without approach. Zero impulse is one solution; another solution stops
  * slip. If the solver finds zero impulse, the function tries to wedge one contact after the other. A step that leads
  * into the paradox ends before, where this impulse still lies beyond the cone. */
 static kt_coulomb *find_jam(kt_simulation *simulation, const double *W, const double *u, double *energy) {
     static const double excess[] = {0.0, 1e-4, 1e-2, 1e-1, 1.0};
     struct kt_contacts *c = simulation->contacts;
-    kt_coulomb *p = pose_jam(simulation, W, u, -1, 0.0);
+    kt_coulomb *p = c->jams ? NULL : find_clamped(simulation, W, u, energy);
+    if (p != NULL)
+        return p;
+    p = pose_jam(simulation, W, u, -1, 0.0);
     if (!c->jams && solve_jam(simulation, p, energy))
         return p;
     for (size_t k = 0; k < sizeof excess / sizeof *excess; k++)

@@ -424,27 +424,28 @@ KT_TEST(friction_of_a_driven_joint_is_against_the_motion_that_begins) {
     }
 }
 
-/* A sled slides on three feet with the coefficient 0.3 and decelerates at 0.3 g, as one body with the load on it. Feet
- * with the coefficient 0.1 do not hold the load by its weight. But a bar joins both centres, and may pull the load down
- * with any force. If the load slid, the bar would become longer. `factor` multiplies all masses. */
-static void make_sled(kt_parsed *m, double factor) {
+/* A sled slides on three feet and decelerates at mu g, as one body with its load. Feet with the coefficient 0.1 do
+ * not hold the load by its weight. But a bar joins both centres, and may pull the load down with any force. If the load
+ * slid, the bar would become longer. mu: the coefficient of the sled. v: its speed, while the load has 1 m/s. `factor`
+ * multiplies all masses. */
+static void make_sled(kt_parsed *m, double mu, double v, double factor) {
     char text[2048];
     (void)snprintf(
         text, sizeof text,
         "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
         "  - name: sled\n    mass: %.17g\n    inertia: [%.17g, %.17g, %.17g]\n"
-        "    joint: {type: free, position: {position: [0, 0, 0.1]}, velocity: {linear: [1, 0, 0]}}\n"
+        "    joint: {type: free, position: {position: [0, 0, 0.1]}, velocity: {linear: [%.17g, 0, 0]}}\n"
         "    markers: {a: [0.3, 0, -0.1], b: [-0.2, 0.3, -0.1], c: [-0.2, -0.3, -0.1]}\n"
         "  - name: load\n    mass: %.17g\n    inertia: [%.17g, %.17g, %.17g]\n"
         "    joint: {type: free, position: {position: [0, 0, 0.3]}, velocity: {linear: [1, 0, 0]}}\n"
         "    markers: {a: [0.2, 0, -0.1], b: [-0.1, 0.2, -0.1], c: [-0.1, -0.2, -0.1]}\n"
         "effects:\n"
-        "  - {name: fa, type: contact, point: sled.a, radius: 0, plane: world, axis: z, restitution: 0, friction: "
-        "0.3}\n"
-        "  - {name: fb, type: contact, point: sled.b, radius: 0, plane: world, axis: z, restitution: 0, friction: "
-        "0.3}\n"
-        "  - {name: fc, type: contact, point: sled.c, radius: 0, plane: world, axis: z, restitution: 0, friction: "
-        "0.3}\n"
+        "  - {name: fa, type: contact, point: sled.a, radius: 0, plane: world, axis: z, restitution: 0,"
+        " friction: %.17g}\n"
+        "  - {name: fb, type: contact, point: sled.b, radius: 0, plane: world, axis: z, restitution: 0,"
+        " friction: %.17g}\n"
+        "  - {name: fc, type: contact, point: sled.c, radius: 0, plane: world, axis: z, restitution: 0,"
+        " friction: %.17g}\n"
         "  - {name: la, type: contact, point: load.a, radius: 0, plane: {body: sled, at: [0, 0, 0.1]}, restitution: 0,"
         " friction: 0.1}\n"
         "  - {name: lb, type: contact, point: load.b, radius: 0, plane: {body: sled, at: [0, 0, 0.1]}, restitution: 0,"
@@ -452,7 +453,8 @@ static void make_sled(kt_parsed *m, double factor) {
         "  - {name: lc, type: contact, point: load.c, radius: 0, plane: {body: sled, at: [0, 0, 0.1]}, restitution: 0,"
         " friction: 0.1}\n"
         "loops: [{name: bar, type: distance, between: [sled, load]}]\n",
-        2.0 * factor, 0.02 * factor, 0.02 * factor, 0.03 * factor, factor, 0.01 * factor, 0.01 * factor, 0.01 * factor);
+        2.0 * factor, 0.02 * factor, 0.02 * factor, 0.03 * factor, v, factor, 0.01 * factor, 0.01 * factor,
+        0.01 * factor, mu, mu, mu);
     kt_parsed_make(m, text);
 }
 
@@ -463,12 +465,33 @@ KT_TEST(load_that_a_bar_clamps_rests_on_a_sled_that_slides) {
     for (size_t i = 0; i < sizeof factors / sizeof *factors; i++) {
         kt_parsed m;
         kt_error error = {0};
-        make_sled(&m, factors[i]);
+        make_sled(&m, 0.3, 1.0, factors[i]);
         kt_simulation *simulation = kt_test_simulation(m.model, &run, &options);
         kt_need_fine("slides", kt_simulation_advance(simulation, t, &error), &error);
         const double *q = kt_simulation_positions(simulation);
         kt_check_near("place of the sled, m", q[0], t - 0.15 * g * t * t, 1e-12);
         kt_check_near("place of the load, m", q[7], q[0], 1e-14);
         kt_check_near("height of the load, m", q[9], 0.3, 1e-14);
+    }
+}
+
+/* The sled and its load have different speeds at the start. So the bar leaves no forces. An impulse stops the slip, and
+ * preserves the momentum on a floor without friction. The sled tips, falls back, and moves at the common speed. */
+KT_TEST(slip_that_a_bar_contradicts_ends_with_an_impulse) {
+    static const double factors[] = {1.0, 1e-6, 1e6}, v = 0.5, common = (2.0 * v + 1.0) / 3.0;
+    const kt_simulation_options options = kt_simulation_options_default();
+    const kt_run run = kt_run_within(NULL, 1e-9, 1.0);
+    for (size_t i = 0; i < sizeof factors / sizeof *factors; i++) {
+        kt_parsed m;
+        kt_error error = {0};
+        make_sled(&m, 0.0, v, factors[i]);
+        kt_simulation *simulation = kt_test_simulation(m.model, &run, &options);
+        kt_need_fine("moves", kt_simulation_advance(simulation, 0.3, &error), &error);
+        kt_check_near("speed of the sled, m/s", kt_simulation_velocities(simulation)[0], common, 1e-9);
+        kt_check_near("speed of the load, m/s", kt_simulation_velocities(simulation)[6], common, 1e-9);
+        kt_check_near("height of the load, m", kt_simulation_positions(simulation)[9], 0.3, 1e-9);
+        kt_check_near("dissipated energy, relative", kt_simulation_contacts(simulation).dissipated / factors[i],
+                      v * v + 0.5 - 1.5 * common * common, 1e-9);
+        kt_check_above("impulses that stop slip", (double)kt_simulation_contacts(simulation).jammed, 0.5);
     }
 }
