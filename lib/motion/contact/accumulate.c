@@ -103,7 +103,6 @@ static void take_smaller_unit(struct kt_contacts *c, size_t nv) {
 /* The rows that touch, their W and their rates. *approach: the largest speed at which one of them closes. */
 static kt_status find_struck(kt_simulation *simulation, const kt_model *open, double t, double *approach,
                              kt_error *error) {
-    struct kt_contacts *c = simulation->contacts;
     const double *q = kt_integrator_state(simulation->integrator);
     kt_contacts_list_rows(simulation);
     kt_status status = kt_contacts_find_response(simulation, open, t, q, error);
