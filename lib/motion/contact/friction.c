@@ -361,7 +361,7 @@ static void apply(kt_simulation *simulation) {
                                                            : KT_CONTACT_OFF;
             continue;
         }
-        if (mode == KT_COULOMB_OPEN || !(c->solution->p[p->item[i].row] > 0.0))
+        if (mode == KT_COULOMB_OPEN)
             continue;
         contact->next = KT_CONTACT_ON;
         if (type == KT_COULOMB_CONE && mode == KT_COULOMB_STICK && !(c->ahead[i] > 0.0)) {
