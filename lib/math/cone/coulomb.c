@@ -120,12 +120,12 @@ static void posed_rates(const void *user, const double *x, double *rate) {
 
 /* ---- modes ------------------------------------------------------------------------------------------------------- */
 
-/* Whether a contact with a cone slips in its tangential directions, and the direction *e of the slip. */
-static bool slips_across(const kt_coulomb *c, const kt_coulomb_item *item, const double *p, const double *u,
-                         double *e) {
+/* Whether a contact with a cone slips in its tangential directions, and the direction *e of the slip. size: of the
+ * terms of its rates. */
+static bool slips_across(const kt_coulomb_item *item, double size, const double *p, const double *u, double *e) {
     const double *pt = p + item->across, *ut = u + item->across;
     const double speed = kt_hypot(ut[0], ut[1]), force = kt_hypot(pt[0], pt[1]);
-    const bool moves = speed > 1e-9 * c->size, leaves = (item->rejected & 1U << KT_COULOMB_STICK) != 0;
+    const bool moves = speed > 1e-9 * size, leaves = (item->rejected & 1U << KT_COULOMB_STICK) != 0;
     e[0] = moves ? ut[0] / speed : leaves && force > 0.0 ? -pt[0] / force : 1.0;
     e[1] = moves ? ut[1] / speed : leaves && force > 0.0 ? -pt[1] / force : 0.0;
     return moves || leaves;
@@ -134,25 +134,24 @@ static bool slips_across(const kt_coulomb *c, const kt_coulomb_item *item, const
 /* Finds the mode of each item from the forces p and the rates u = W p + b: open, sticking, or slipping along e.
  * Forces and rates that are a tiny part of the largest ones count as zero. */
 static void find_modes(const kt_coulomb *c, kt_coulomb_solution *to) {
-    double most = 0.0;
+    const double strength = kt_coulomb_strength(c, to->p);
     kt_coulomb_find_rates(c, to->p, to->u);
-    for (int j = 0; j < c->rows; j++) {
-        most = fmax(most, fabs(to->p[j]));
+    for (int j = 0; j < c->rows; j++)
         to->u[j] += c->b[j];
-    }
     for (int i = 0; i < c->n; i++) {
         const kt_coulomb_item *item = &c->item[i];
-        const double p = to->p[item->row], u = to->u[item->row];
+        const double p = to->p[item->row], u = to->u[item->row], size = kt_coulomb_rate_size(c, i, strength);
         const bool leaves = (item->rejected & 1U << KT_COULOMB_STICK) != 0;
-        const bool is_active = p - item->least > 1e-10 * most && !kt_coulomb_is_open_alone(item);
+        const bool is_active =
+            (p - item->least) * sqrt(kt_coulomb_weight(c, i)) > 1e-10 * strength && !kt_coulomb_is_open_alone(item);
         memcpy(to->e[i], item->e, sizeof to->e[i]);
         if (item->type == KT_COULOMB_DRY) {
-            const bool moves = fabs(u) > 1e-9 * c->size;
+            const bool moves = fabs(u) > 1e-9 * size;
             to->mode[i] = !moves && !leaves             ? KT_COULOMB_STICK
                           : (moves ? u > 0.0 : p < 0.0) ? KT_COULOMB_SLIP
                                                         : KT_COULOMB_SLIP_BACK;
         } else if (item->type == KT_COULOMB_CONE && (is_active || item->least > 0.0)) {
-            const bool slips = slips_across(c, item, to->p, to->u, to->e[i]);
+            const bool slips = slips_across(item, size, to->p, to->u, to->e[i]);
             to->mode[i] = is_active ? (slips ? KT_COULOMB_SLIP : KT_COULOMB_STICK)
                                     : (slips ? KT_COULOMB_LEAST_SLIP : KT_COULOMB_LEAST_STICK);
         } else {
@@ -198,17 +197,25 @@ static bool solve_from(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
 
 /* Whether two solutions differ in the motion, not only in forces that cause the same motion. */
 static bool differs(const kt_coulomb *c, const kt_coulomb_solution *a, const kt_coulomb_solution *b) {
-    for (int j = 0; j < c->rows; j++)
-        if (fabs(a->u[j] - b->u[j]) > 1e-7 * c->size)
-            return true;
+    const double strength = fmax(kt_coulomb_strength(c, a->p), kt_coulomb_strength(c, b->p));
+    for (int i = 0; i < c->n; i++) {
+        const double small = 1e-7 * kt_coulomb_rate_size(c, i, strength);
+        for (int k = 0; k < kt_coulomb_rows(&c->item[i]); k++) {
+            const int row = kt_coulomb_row_of(&c->item[i], k);
+            if (fabs(a->u[row] - b->u[row]) > small)
+                return true;
+        }
+    }
     return false;
 }
 
 /* Whether the other contacts hold all contacts open that open_one has opened. */
 static bool holds_opened(const kt_coulomb *c, const kt_coulomb_solver *solver, const kt_coulomb_solution *to) {
+    const double strength = kt_coulomb_strength(c, to->p);
     bool holds = true;
     for (int i = 0; i < c->n; i++)
-        holds = holds && (c->item[i].rejected == solver->rejected[i] || to->u[c->item[i].row] >= -1e-9 * c->size);
+        holds = holds && (c->item[i].rejected == solver->rejected[i] ||
+                          to->u[c->item[i].row] >= -1e-9 * kt_coulomb_rate_size(c, i, strength));
     return holds;
 }
 
@@ -271,7 +278,7 @@ static bool make_independent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
 static bool is_loose(const kt_coulomb *c, kt_coulomb_solution *to, int i) {
     const kt_coulomb_item *item = &c->item[i];
     if (item->type != KT_COULOMB_CONE || to->mode[i] != KT_COULOMB_OPEN || kt_coulomb_is_open_alone(item) ||
-        !(fabs(to->u[item->row]) <= 1e-9 * c->size))
+        !(fabs(to->u[item->row]) <= 1e-9 * kt_coulomb_rate_size(c, i, kt_coulomb_strength(c, to->p))))
         return false;
     to->mode[i] = KT_COULOMB_STICK;
     const bool spins =
@@ -330,7 +337,7 @@ static void compare_solutions(const kt_coulomb *c, kt_coulomb_solution *to, cons
     double most = -1.0;
     kt_coulomb_copy(c, to, next);
     for (int i = 0; i < c->n; i++) {
-        const double apart = fabs(to->p[c->item[i].row] - other->p[c->item[i].row]);
+        const double apart = fabs(to->p[c->item[i].row] - other->p[c->item[i].row]) * sqrt(kt_coulomb_weight(c, i));
         if (!kt_coulomb_is_active(next->mode[i]))
             next->mode[i] = other->mode[i];
         to->differs = apart > most ? i : to->differs;

@@ -73,6 +73,7 @@ typedef struct kt_coulomb_item {
     double friction;   /* mu; of dry friction S */
     double least;      /* lower bound of a normal impulse */
     double e[2];       /* the direction of slip, given */
+    double size;       /* the magnitude of the terms of its rates */
     unsigned rejected; /* modes that are not tried, a bit each */
 } kt_coulomb_item;
 
@@ -82,6 +83,14 @@ static inline bool kt_coulomb_is_open_alone(const kt_coulomb_item *item) {
 }
 
 typedef double kt_coulomb_pair[2];
+
+/* The rows of an item. The normal row of a contact with friction has two tangential ones behind it. */
+static inline int kt_coulomb_rows(const kt_coulomb_item *item) {
+    return item->type == KT_COULOMB_CONE || item->type == KT_COULOMB_SLIPS ? 3 : 1;
+}
+static inline int kt_coulomb_row_of(const kt_coulomb_item *item, int k) {
+    return k == 0 ? item->row : item->across + k - 1;
+}
 
 /* Every array of a solution: type, name, count, meaning. */
 #define KT_COULOMB_SOLUTION_FIELDS(X)                                                                                  \
@@ -138,11 +147,10 @@ typedef struct kt_coulomb_system {
     X(double, rate, rows, "rates")
 
 /* n items with `rows` rows in all. Row k is row and column line[k] of a matrix W with `stride` columns, by rows. If W
- * is NULL, `entry` computes its numbers. size: the magnitude to which rounding of u is relative. */
+ * is NULL, `entry` computes its numbers. */
 typedef struct kt_coulomb {
     int n, rows, stride;
     int most; /* items that have room in matrices */
-    double size;
     const double *W;
     double (*entry)(const void *user, int line, int column);
     const void *user;
@@ -181,6 +189,12 @@ void kt_coulomb_copy(const kt_coulomb *c, const kt_coulomb_solution *from, kt_co
 
 /* The weight of an item's forces in least sums: the mean of the diagonal of its block of W (statics.h). */
 double kt_coulomb_weight(const kt_coulomb *c, int i);
+/* The largest of the forces p, each times the root of its item's weight w. Items have different units, N and N m: so
+ * forces are only compared in this metric. */
+double kt_coulomb_strength(const kt_coulomb *c, const double *p);
+/* The magnitude to which rounding of an item's rates is relative: of their terms, and of the response to forces of this
+ * strength, |W_ij p_j| <= sqrt(w_i) strength. */
+double kt_coulomb_rate_size(const kt_coulomb *c, int i, double strength);
 /* Whether the item slips in an unknown direction. */
 bool kt_coulomb_slips(const kt_coulomb *c, const kt_coulomb_solution *to, int i);
 /* Whether the matrices have room for the closed items. All functions below, except the rate and the check, require

@@ -103,9 +103,9 @@ static int begin_rest(const kt_coulomb *c, kt_coulomb_solution *to, bool *slips)
 }
 
 /* Whether the rates satisfy the laws of the modes. */
-static bool rates_agree(const kt_coulomb *c, const kt_coulomb_solution *to, int i) {
+static bool rates_agree(const kt_coulomb *c, const kt_coulomb_solution *to, int i, double strength) {
     const kt_coulomb_item *item = &c->item[i];
-    const double small = 1e-10 * c->size, u = to->u[item->row];
+    const double small = 1e-10 * kt_coulomb_rate_size(c, i, strength), u = to->u[item->row];
     const double across = rows_at_rest(c, to, i) == 3 ? kt_hypot(to->u[item->across], to->u[item->across + 1]) : 0.0;
     return to->mode[i] == KT_COULOMB_STICK       ? fabs(u) <= small && across <= small
            : to->mode[i] == KT_COULOMB_SLIP_BACK ? u <= small
@@ -125,14 +125,14 @@ bool kt_coulomb_stick(const kt_coulomb *c, kt_coulomb_solution *to) {
     kt_statics_find_least(statics);
     to->shares = statics->nullity > 0;
     copy_resting(c, statics, to->p);
-    const double weak = kt_statics_exact * statics->unit;
+    const double weak = kt_statics_exact * statics->unit, strength = kt_coulomb_strength(c, to->p);
     bool holds = statics->margin >= -kt_statics_exact;
     kt_coulomb_find_rates(c, to->p, to->u);
     for (int i = 0; i < c->rows; i++)
         to->u[i] += c->b[i];
     for (int i = 0; i < c->n; i++) {
         const kt_coulomb_item *item = &c->item[i];
-        holds = holds && rates_agree(c, to, i);
+        holds = holds && rates_agree(c, to, i, strength);
         if (item->type != KT_COULOMB_DRY && to->p[item->row] * sqrt(kt_coulomb_weight(c, i)) <= weak)
             to->mode[i] = KT_COULOMB_OPEN;
     }

@@ -51,7 +51,6 @@ kt_coulomb *kt_coulomb_init(size_t items, size_t rows, size_t most, void *memory
     char *behind = (char *)memory + lay_out_problem(memory, items, rows);
     c->n = c->rows = c->stride = 0;
     c->most = (int)most;
-    c->size = 0.0;
     c->W = NULL;
     c->matrices = matrices;
     c->system = init_system(rows, unknowns_of_items(rows, most), most, behind);
@@ -107,6 +106,20 @@ double kt_coulomb_weight(const kt_coulomb *c, int i) {
     for (int k = 1; k < rows; k++)
         trace += kt_coulomb_entry(c, item->across + k - 1, item->across + k - 1);
     return trace > 0.0 ? trace / rows : 1.0;
+}
+
+double kt_coulomb_strength(const kt_coulomb *c, const double *p) {
+    double most = 0.0;
+    for (int i = 0; i < c->n; i++) {
+        const double scale = sqrt(kt_coulomb_weight(c, i));
+        for (int k = 0; k < kt_coulomb_rows(&c->item[i]); k++)
+            most = fmax(most, scale * fabs(p[kt_coulomb_row_of(&c->item[i], k)]));
+    }
+    return most;
+}
+
+double kt_coulomb_rate_size(const kt_coulomb *c, int i, double strength) {
+    return fmax(c->item[i].size, sqrt(kt_coulomb_weight(c, i)) * strength);
 }
 
 /* Lists the forces that are unknown in the modes of `to`, and writes the fixed forces. A sticking cone has three
@@ -253,16 +266,40 @@ static void swap_pivot(kt_coulomb_system *s, int r) {
     s->order[column] = other;
 }
 
+/* A power of two of about 1 / sqrt(w), for the item of an unknown. */
+static double scale_of(const kt_coulomb *c, const kt_coulomb_system *s, int k) {
+    int exponent;
+    (void)frexp(sqrt(kt_coulomb_weight(c, s->item[k])), &exponent);
+    return ldexp(1.0, -exponent);
+}
+
+static double scale_of_force(const kt_coulomb *c, const kt_coulomb_system *s, int k) {
+    return s->is_weighted ? scale_of(c, s, k) : 1.0;
+}
+
+/* Multiplies equations by these scales, and measures forces in them, so that pivots of different units can be
+ * compared. */
+static void scale_equations(const kt_coulomb *c, kt_coulomb_system *s) {
+    for (int k = 0; k < s->n; k++) {
+        const double by_row = scale_of(c, s, k), by_column = scale_of_force(c, s, k);
+        double *A = kt_coulomb_matrix_row(s->A, k, s->width);
+        for (int j = 0; j < s->n + s->columns; j++)
+            A[j] *= by_row;
+        for (int i = 0; i < s->n; i++)
+            kt_coulomb_matrix_row(s->A, i, s->width)[k] *= by_column;
+    }
+}
+
 /* The k-th null vector of A, behind `rank` pivots, replaces row k of A. The part along earlier null vectors is removed,
  * and the length becomes 1. */
-static void find_null_vector(kt_coulomb_system *s, int rank, int k) {
+static void find_null_vector(const kt_coulomb *c, kt_coulomb_system *s, int rank, int k) {
     double *z = s->dp, *to = kt_coulomb_matrix_row(s->A, k, s->width);
     memset(z, 0, (size_t)s->n * sizeof *z);
     z[s->order[k]] = 1.0;
     for (int i = 0; i < rank; i++)
         z[s->order[i]] = -kt_coulomb_matrix_row(s->A, i, s->width)[k];
     for (int i = 0; i < s->n; i++)
-        z[i] /= s->unit[i];
+        z[i] *= scale_of_force(c, s, i) / s->unit[i];
     for (int pass = 0; pass < 2; pass++)
         for (int j = rank; j < k; j++) {
             const double *other = kt_coulomb_matrix_row(s->A, j, s->width), dot = kt_dense_dot(z, other, s->n);
@@ -281,14 +318,16 @@ static void set_units(const kt_coulomb *c, kt_coulomb_system *s, bool second) {
     double normal = 0.0, most = 0.0;
     for (int k = 0; k < s->n; k++) {
         const kt_coulomb_item *item = &c->item[s->item[k]];
-        most = fmax(most, s->equation[k] == item->row ? item->least + s->x[k] : item->least);
+        const double force = s->equation[k] == item->row ? item->least + s->x[k] : item->least;
+        most = fmax(most, force * sqrt(kt_coulomb_weight(c, s->item[k])));
     }
     for (int k = 0; k < s->n; k++) {
         const kt_coulomb_item *item = &c->item[s->item[k]];
         const bool is_normal = s->equation[k] == item->row;
         normal = is_normal ? item->least + s->x[k] : k > 0 && s->item[k - 1] == s->item[k] ? normal : item->least;
-        s->unit[k] = s->is_weighted ? 1.0 / sqrt(kt_coulomb_weight(c, s->item[k])) : 1.0;
-        s->unit[k] *= second && !is_normal && normal > 0.0 ? sqrt(normal / most) : 1.0;
+        const double scale = sqrt(kt_coulomb_weight(c, s->item[k]));
+        s->unit[k] = s->is_weighted ? 1.0 / scale : 1.0;
+        s->unit[k] *= second && !is_normal && normal > 0.0 ? sqrt(normal * scale / most) : 1.0;
     }
 }
 
@@ -298,7 +337,7 @@ static void reduce_to_least(const kt_coulomb *c, kt_coulomb_system *s, int rank)
     for (int pass = 0; pass < (s->is_weighted ? 2 : 1); pass++) {
         set_units(c, s, pass > 0);
         for (int k = rank; k < s->n; k++)
-            find_null_vector(s, rank, k);
+            find_null_vector(c, s, rank, k);
         for (int j = 0; j < (s->n - rank) * s->columns; j++) {
             const double *z = kt_coulomb_matrix_row(s->A, rank + j / s->columns, s->width);
             double *x = kt_coulomb_matrix_row(s->x, j % s->columns, s->most), dot = 0.0;
@@ -315,6 +354,7 @@ static void solve_system(const kt_coulomb *c, kt_coulomb_system *s) {
     const int width = s->n + s->columns;
     int rank = 0;
     double first = 0.0;
+    scale_equations(c, s);
     for (int i = 0; i < s->n; i++)
         s->order[i] = i;
     for (; rank < s->n; rank++) {
@@ -336,7 +376,8 @@ static void solve_system(const kt_coulomb *c, kt_coulomb_system *s) {
     memset(s->x, 0, (size_t)(s->columns * s->most) * sizeof *s->x);
     for (int m = 0; m < s->columns; m++)
         for (int i = 0; i < rank; i++)
-            kt_coulomb_matrix_row(s->x, m, s->most)[s->order[i]] = kt_coulomb_matrix_row(s->A, i, s->width)[s->n + m];
+            kt_coulomb_matrix_row(s->x, m, s->most)[s->order[i]] =
+                scale_of_force(c, s, s->order[i]) * kt_coulomb_matrix_row(s->A, i, s->width)[s->n + m];
     if (rank < s->n)
         reduce_to_least(c, s, rank);
 }
@@ -390,15 +431,13 @@ int kt_coulomb_held_rows(const kt_coulomb *c, const kt_coulomb_solution *to, int
     return type == KT_COULOMB_CONE && (sticks || slip) ? 3 : 1;
 }
 
-static int held_row_of(const kt_coulomb_item *item, int k) { return k == 0 ? item->row : item->across + k - 1; }
-
 static const double apart = 1e-9;
 
 bool kt_coulomb_shares(const kt_coulomb *c, const kt_coulomb_solution *to) {
     int n = 0, all = 0;
     for (int j = 0; j < c->n; j++)
         for (int k = 0; k < kt_coulomb_held_rows(c, to, j, false); k++, all++)
-            n += add_row(c, n, held_row_of(&c->item[j], k)) > apart;
+            n += add_row(c, n, kt_coulomb_row_of(&c->item[j], k)) > apart;
     return n < all;
 }
 
@@ -407,9 +446,9 @@ bool kt_coulomb_is_held(const kt_coulomb *c, const kt_coulomb_solution *to, int 
     int n = 0;
     for (int j = 0; j < c->n; j++)
         for (int k = 0; j != i && k < kt_coulomb_held_rows(c, to, j, slip); k++)
-            n += add_row(c, n, held_row_of(&c->item[j], k)) > apart;
+            n += add_row(c, n, kt_coulomb_row_of(&c->item[j], k)) > apart;
     for (int k = 0; k < rows; k++)
-        if (add_row(c, n, held_row_of(&c->item[i], k)) > apart)
+        if (add_row(c, n, kt_coulomb_row_of(&c->item[i], k)) > apart)
             return false;
     return true;
 }
@@ -442,7 +481,7 @@ static void find_change(const kt_coulomb *c, const kt_coulomb_solution *to, int 
 }
 
 /* One step of Newton's iteration for the directions: angles by which the directions turn. *residual: the largest e x
- * u_t. */
+ * u_t, relative to the size of its terms. */
 static void find_turns(const kt_coulomb *c, const kt_coulomb_solution *to, double *angle, double *residual) {
     kt_coulomb_system *t = c->turns;
     t->n = 0;
@@ -463,12 +502,13 @@ static void find_turns(const kt_coulomb *c, const kt_coulomb_solution *to, doubl
                                                           (k == m ? e[0] * to->u[row] + e[1] * to->u[row + 1] : 0.0);
         }
     }
+    const double strength = kt_coulomb_strength(c, to->p);
     for (int k = 0; k < t->n; k++) {
-        const double *e = to->e[t->item[k]];
+        const double *e = to->e[t->item[k]], size = kt_coulomb_rate_size(c, t->item[k], strength);
         const int row = c->item[t->item[k]].across;
         double *right = &kt_coulomb_matrix_row(t->A, k, t->width)[t->n];
         *right = -(e[0] * to->u[row + 1] - e[1] * to->u[row]);
-        *residual = fmax(*residual, fabs(*right));
+        *residual = fmax(*residual, *right != 0.0 ? fabs(*right) / size : 0.0);
     }
     solve_system(c, t);
     memcpy(angle, t->x, (size_t)t->n * sizeof *angle);
@@ -476,12 +516,11 @@ static void find_turns(const kt_coulomb *c, const kt_coulomb_solution *to, doubl
 
 /* Whether forces and rates agree with the modes. */
 bool kt_coulomb_holds(const kt_coulomb *c, const kt_coulomb_solution *to) {
-    double most = 0.0;
-    for (int j = 0; j < c->rows; j++)
-        most = fmax(most, fabs(to->p[j]));
-    const double small = 1e-10 * c->size, weak = 1e-10 * most;
+    const double strength = kt_coulomb_strength(c, to->p);
     for (int i = 0; i < c->n; i++) {
         const kt_coulomb_item *item = &c->item[i];
+        const double small = 1e-10 * kt_coulomb_rate_size(c, i, strength),
+                     weak = 1e-10 * strength / sqrt(kt_coulomb_weight(c, i));
         const double p = to->p[item->row], u = to->u[item->row];
         const double *pt = to->p + item->across, *ut = to->u + item->across;
         bool holds;
@@ -515,12 +554,11 @@ static void rotate_directions(const kt_coulomb *c, kt_coulomb_solution *to, cons
 }
 
 bool kt_coulomb_iterate(const kt_coulomb *c, kt_coulomb_solution *to) {
-    assert(c->size >= 0.0);
     double residual, last = HUGE_VAL, part = 1.0;
     for (int k = 0; k < ITERATIONS; k++) {
         kt_coulomb_linear(c, to);
         find_turns(c, to, c->next_angle, &residual);
-        if (residual <= 1e-12 * c->size)
+        if (residual <= 1e-12)
             return kt_coulomb_holds(c, to);
         if (!(residual < last) && part > 0.01) {
             part *= 0.5;

@@ -108,7 +108,6 @@ static void set_items(const kt_data *data, kt_slip_problem *p) {
     kt_coulomb *c = p->c;
     c->n = (int)p->at->n;
     c->rows = c->stride = 3 * c->n;
-    c->size = 0.0;
     c->W = p->W_at;
     for (int i = 0; i < c->rows; i++)
         c->line[i] = i;
@@ -200,8 +199,10 @@ static void predict_directions(const kt_data *data, kt_slip_problem *p, bool *ho
         for (int i = 0; i < 2 && tau > 0.0; i++)
             c->b[c->item[k].across + i] += size * p->to.e[k][i] / tau;
     }
-    for (int i = 0; i < c->rows; i++)
-        c->size = fmax(c->size, fabs(c->b[i]));
+    for (int k = 0; k < c->n; k++) {
+        const double *b = c->b + c->item[k].row;
+        c->item[k].size = fmax(fabs(b[0]), fmax(fabs(b[1]), fabs(b[2])));
+    }
 }
 
 /* Finds the directions of slow slip at the end of the implicit step, e = -T / (mu N). Slip that has come to rest at the

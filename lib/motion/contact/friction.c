@@ -34,7 +34,6 @@ static kt_coulomb *begin_coulomb(struct kt_contacts *c, const double *W) {
     p->entry = entry_of_W;
     p->user = c;
     p->stride = c->touching;
-    p->size = 0.0;
     return p;
 }
 
@@ -76,13 +75,16 @@ bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W,
     kt_coulomb *p = begin_coulomb(c, W);
     for (int i = 0; i < c->meeting; i++)
         add_item(p, simulation, i)->least = phase->least[i];
-    for (int j = 0; j < p->rows; j++) {
-        (void)kt_contact_rate(c, W, p->line[j], &size);
-        p->size = fmax(p->size, size);
+    for (int j = 0; j < p->rows; j++)
         p->b[j] = phase->u[p->line[j]];
+    for (int i = 0; i < p->n; i++) {
+        kt_coulomb_item *item = &p->item[i];
+        p->b[item->row] -= phase->bound[i];
+        for (int k = 0; k < kt_coulomb_rows(item); k++) {
+            (void)kt_contact_rate(c, W, p->line[kt_coulomb_row_of(item, k)], &size);
+            item->size = fmax(item->size, size);
+        }
     }
-    for (int i = 0; i < p->n; i++)
-        p->b[p->item[i].row] -= phase->bound[i];
     if (!kt_coulomb_solve(p, c->solver, false, c->solution, &simulation->memory.contacts.pivots))
         return false;
     phase->rows = p->rows;
@@ -106,12 +108,12 @@ static kt_coulomb *pose_jam(const kt_simulation *simulation, const double *W, co
     for (int i = 0; i < c->meeting; i++)
         if (u[i] <= kt_contact_rest(simulation, W, i))
             add_item(p, simulation, i)->friction *= i == wedged ? 1.0 + excess : 1.0;
-    for (int j = 0; j < p->rows; j++) {
+    for (int j = 0; j < p->rows; j++)
         p->b[j] = u[p->line[j]];
-        p->size = fmax(p->size, fabs(p->b[j]));
-    }
     for (int i = 0; i < p->n; i++) {
-        const kt_coulomb_item *item = &p->item[i];
+        kt_coulomb_item *item = &p->item[i];
+        for (int k = 0; k < kt_coulomb_rows(item); k++)
+            item->size = fmax(item->size, fabs(p->b[kt_coulomb_row_of(item, k)]));
         const bool is_wedged = c->posed[i] == wedged;
         p->b[item->row] = is_wedged ? -small * kt_hypot(p->b[item->across], p->b[item->across + 1]) : 0.0;
     }
@@ -175,10 +177,10 @@ static double clamp_contacts(const struct kt_contacts *c, kt_coulomb *p, const d
 
 /* Whether the contacts with least impulses neither slip nor part. */
 static bool clamped_rest(const struct kt_contacts *c, const kt_coulomb *p) {
-    const double most = 1e-9 * p->size;
+    const double strength = kt_coulomb_strength(p, c->solution->p);
     bool rest = true;
     for (int k = 0; k < p->n; k++) {
-        const double *u = c->solution->u + p->item[k].across;
+        const double *u = c->solution->u + p->item[k].across, most = 1e-9 * kt_coulomb_rate_size(p, k, strength);
         rest = rest &&
                (!(p->item[k].least > 0.0) || (fabs(c->solution->u[p->item[k].row]) <= most &&
                                               (p->item[k].type != KT_COULOMB_CONE || kt_hypot(u[0], u[1]) <= most)));
@@ -309,16 +311,16 @@ static kt_coulomb *set_problem(const kt_simulation *simulation, const double *W,
         else if (i < c->meeting && u[i] <= fmax(strict ? 0.0 : kt_contact_rest(simulation, W, i), rounding * size))
             add_coulomb_contact(p, simulation, i, u, leaving);
     }
-    for (int j = 0; j < p->rows; j++) {
-        const double free = kt_contact_acceleration(c, W, p->line[j], &size);
-        p->b[j] = fabs(free) <= rounding * size ? 0.0 : free;
-        p->size = fmax(p->size, size);
-    }
-    for (int k = 0; k < p->n; k++)
-        for (int j = p->item[k].across; c->ahead[k] > 0.0 && j < p->item[k].across + 2; j++) {
-            p->b[j] += u[p->line[j]] / c->ahead[k];
-            p->size = fmax(p->size, fabs(p->b[j]));
+    for (int k = 0; k < p->n; k++) {
+        kt_coulomb_item *item = &p->item[k];
+        for (int r = 0; r < kt_coulomb_rows(item); r++) {
+            const int j = kt_coulomb_row_of(item, r);
+            const double free = kt_contact_acceleration(c, W, p->line[j], &size);
+            const double slip = r > 0 && c->ahead[k] > 0.0 ? u[p->line[j]] / c->ahead[k] : 0.0;
+            p->b[j] = (fabs(free) <= rounding * size ? 0.0 : free) + slip;
+            item->size = fmax(item->size, fmax(size, fabs(slip)));
         }
+    }
     /* At rest, the model has friction of joints that slips forwards. */
     for (int k = 0; k < p->n; k++)
         for (int j = 0; p->item[k].type == KT_COULOMB_DRY && j < p->rows; j++)
@@ -375,10 +377,12 @@ static void apply(kt_simulation *simulation) {
 
 /* Whether a contact that is released accelerates into its boundary. */
 static bool closes_released(const struct kt_contacts *c) {
+    const kt_coulomb *p = c->problem;
+    const double strength = c->releases ? kt_coulomb_strength(p, c->solution->p) : 0.0;
     bool closes = false;
-    for (int i = 0; c->releases && i < c->problem->n; i++)
+    for (int i = 0; c->releases && i < p->n; i++)
         closes = closes || (c->list[c->posed[i]] == c->wedged &&
-                            !(c->solution->u[c->problem->item[i].row] > -rounding * c->problem->size));
+                            !(c->solution->u[p->item[i].row] > -rounding * kt_coulomb_rate_size(p, i, strength)));
     return closes;
 }
 

@@ -341,15 +341,14 @@ static void room_free(room *r) {
         free(r->memory[k]);
 }
 
-static void begin_problem(kt_coulomb *c, int n, int rows, const double *W, double size) {
+static void begin_problem(kt_coulomb *c, int n, int rows, const double *W) {
     c->n = n;
     c->rows = c->stride = rows;
     c->W = W;
-    c->size = size;
 }
 
 static void pose_contacts(const problem *p, bool expands, kt_coulomb *c) {
-    begin_problem(c, p->n, 3 * p->n, p->W, 0.0);
+    begin_problem(c, p->n, 3 * p->n, p->W);
     for (int i = 0; i < p->n; i++)
         c->item[i] = (kt_coulomb_item){.type = p->mu[i] > 0.0 ? KT_COULOMB_CONE : KT_COULOMB_FRICTIONLESS,
                                        .row = 3 * i,
@@ -359,15 +358,15 @@ static void pose_contacts(const problem *p, bool expands, kt_coulomb *c) {
     for (int j = 0; j < c->rows; j++) {
         c->line[j] = j;
         c->b[j] = p->b[j];
-        c->size = fmax(c->size, fabs(p->b[j]));
     }
+    enumeration_set_sizes(c);
 }
 
 static double distance_of(const kt_coulomb *c, const double *a, const double *b) {
     double most = 0.0;
     for (int j = 0; j < c->rows; j++)
         most = fmax(most, fabs(a[j] - b[j]));
-    return most / c->size;
+    return most / enumeration_rate(c);
 }
 
 /* Every problem that enumeration solves is solved. The motion is the same unless a problem has several solutions. Half
@@ -469,11 +468,10 @@ static void draw_box_on_feet(kt_random *random, int n, bool symmetric, problem *
         }
 }
 
-/* Poses the feet of a box in another order, with rounding errors. Foot order[i] is item i. Each foot slips in a given
- * direction, or may stick. */
+/* Poses the feet of a box with rounding errors. Foot order[i] is item i. A foot slips along e, or may stick. */
 static void pose_feet(const problem *p, const bool *slips, const double (*e)[2], const int *order, kt_random *random,
                       kt_coulomb *c) {
-    begin_problem(c, p->n, 3 * p->n, p->W, 0.0);
+    begin_problem(c, p->n, 3 * p->n, p->W);
     for (int i = 0; i < p->n; i++) {
         const int foot = order[i];
         c->item[i] = (kt_coulomb_item){.type = slips[foot] ? KT_COULOMB_SLIPS : KT_COULOMB_CONE,
@@ -484,9 +482,9 @@ static void pose_feet(const problem *p, const bool *slips, const double (*e)[2],
         for (int k = 0; k < 3; k++) {
             c->line[3 * i + k] = 3 * foot + k;
             c->b[3 * i + k] = p->b[3 * foot + k] * (1.0 + kt_random_uniform(random, -1e-15, 1e-15));
-            c->size = fmax(c->size, fabs(c->b[3 * i + k]));
         }
     }
+    enumeration_set_sizes(c);
 }
 
 /* Four or five feet of a box share its weight in many ways, and the friction of each foot that slips depends on the
@@ -513,7 +511,7 @@ KT_TEST(feet_that_slip_move_alike_in_any_order) {
             continue;
         memcpy(u, r.mine->u, sizeof u);
         for (int i = 0; i < n; i++)
-            kt_worst_below(&inward, fmax(-u[3 * i], 0.0) / r.c->size, 1e-8, "box %d", k);
+            kt_worst_below(&inward, fmax(-u[3 * i], 0.0) / enumeration_rate(r.c), 1e-8, "box %d", k);
         for (int other = 0; other < 4; other++) {
             for (int i = n - 1; i > 0; i--) {
                 const int j = kt_random_int(&random, 0, i), at = order[i];
@@ -524,7 +522,8 @@ KT_TEST(feet_that_slip_move_alike_in_any_order) {
             if (!kt_check_true("solved", kt_coulomb_solve(r.c, r.solver, true, r.mine, &steps)))
                 continue;
             for (int i = 0; i < 3 * n; i++)
-                kt_worst_below(&apart, fabs(r.mine->u[i] - u[3 * order[i / 3] + i % 3]) / r.c->size, 1e-8, "box %d", k);
+                kt_worst_below(&apart, fabs(r.mine->u[i] - u[3 * order[i / 3] + i % 3]) / enumeration_rate(r.c), 1e-8,
+                               "box %d", k);
         }
     }
     free(p);
@@ -542,7 +541,7 @@ KT_TEST(dry_friction_agrees_with_enumeration) {
         double J[5][8], W[25] = {0.0};
         uint64_t steps = 0;
         kt_coulomb *c = r.c;
-        begin_problem(c, n, n, W, 1.0);
+        begin_problem(c, n, n, W);
         for (int i = 0; i < n; i++) {
             c->line[i] = i;
             c->b[i] = kt_random_uniform(&random, -1.0, 1.0);
@@ -555,6 +554,7 @@ KT_TEST(dry_friction_agrees_with_enumeration) {
             for (int j = 0; j < n; j++)
                 for (int d = 0; d < 8; d++)
                     W[i * n + j] += J[i][d] * J[j][d];
+        enumeration_set_sizes(c);
         if (!kt_coulomb_solve(r.c, r.solver, true, r.mine, &steps) || !enumeration_solve(r.c, r.scratch, r.all, &steps))
             missed++;
         else
@@ -578,13 +578,14 @@ KT_TEST(painleves_rod_has_the_solutions_of_its_regime) {
         const double A = W[0] - mu * W[1] * e, b = -9.81 - y * rate * rate;
         const int which = A > 0.0 ? (b < 0.0 ? 0 : 1) : (b < 0.0 ? 2 : 3);
         kt_coulomb *c = r.c;
-        begin_problem(c, 1, 3, W, 20.0);
+        begin_problem(c, 1, 3, W);
         for (int i = 0; i < 3; i++) {
             c->line[i] = i;
             c->b[i] = i == 0 ? b : i == 1 ? -x * rate * rate : 0.0;
         }
         uint64_t steps = 0;
         c->item[0] = (kt_coulomb_item){.type = KT_COULOMB_SLIPS, .row = 0, .across = 1, .friction = mu, .e = {e, 0.0}};
+        enumeration_set_sizes(c);
         const bool solves = kt_coulomb_solve(c, r.solver, true, r.mine, &steps);
         regime[which]++;
         found[which] += solves;

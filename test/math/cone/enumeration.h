@@ -61,11 +61,28 @@ static inline bool enumeration_next(const kt_coulomb_item *item, int behind, kt_
     return false;
 }
 
+/* Sets the sizes of items from the rates b of their rows. */
+static inline void enumeration_set_sizes(kt_coulomb *c) {
+    for (int i = 0; i < c->n; i++) {
+        c->item[i].size = 0.0;
+        for (int k = 0; k < kt_coulomb_rows(&c->item[i]); k++)
+            c->item[i].size = fmax(c->item[i].size, fabs(c->b[kt_coulomb_row_of(&c->item[i], k)]));
+    }
+}
+
+/* The largest rate without forces. */
+static inline double enumeration_rate(const kt_coulomb *c) {
+    double most = 0.0;
+    for (int i = 0; i < c->n; i++)
+        most = fmax(most, c->item[i].size);
+    return most;
+}
+
 /* Whether it is another motion, not other forces for the same. */
 static inline bool enumeration_differs(const kt_coulomb *c, const kt_coulomb_solution *a,
                                        const kt_coulomb_solution *b) {
     for (int j = 0; j < c->rows; j++)
-        if (fabs(a->u[j] - b->u[j]) > 1e-7 * c->size)
+        if (fabs(a->u[j] - b->u[j]) > 1e-7 * enumeration_rate(c))
             return true;
     return false;
 }

@@ -1,0 +1,142 @@
+/* Items of a problem with Coulomb's friction in units of their own. Contacts have forces in N, stops and dry friction
+ * of hinges have torques in N m, so that another unit of length changes the numbers of some items alone. If the rows of
+ * item i are multiplied by d, W and b of these rows grow by d, and the item's forces by 1 / d. With powers of two,
+ * modes and all bits are the same. */
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "cone/coulomb.h"
+#include "enumeration.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "check.h"
+
+enum { ITEMS = 4, ROWS = 3 * ITEMS, DOFS = 9 };
+
+typedef struct scaled {
+    kt_coulomb *c;
+    kt_coulomb_solver *solver;
+    kt_coulomb_solution *solution;
+    double W[ROWS * ROWS], unit[ROWS];
+    void *memory[4];
+    bool found;
+} scaled;
+
+static void *take_memory(scaled *s, int k, size_t size) {
+    s->memory[k] = aligned_alloc(KT_ARENA_ALIGNMENT, size);
+    if (s->memory[k] != NULL)
+        memset(s->memory[k], 0xa5, size);
+    return s->memory[k];
+}
+
+static void make_room(scaled *s) {
+    void *matrices = take_memory(s, 0, kt_coulomb_matrices_size(ROWS, ITEMS));
+    s->c = kt_coulomb_init(ITEMS, ROWS, ITEMS, take_memory(s, 1, kt_coulomb_size(ITEMS, ROWS)), matrices);
+    s->solver = kt_coulomb_solver_init(ITEMS, ROWS, ITEMS,
+                                       take_memory(s, 2, kt_coulomb_solver_size(ITEMS, ROWS, ITEMS)), matrices);
+    s->solution = kt_coulomb_solution_init(ITEMS, ROWS, take_memory(s, 3, kt_coulomb_solution_size(ITEMS, ROWS)));
+}
+
+static void free_room(scaled *s) {
+    for (size_t k = 0; k < sizeof s->memory / sizeof *s->memory; k++)
+        free(s->memory[k]);
+}
+
+typedef struct drawn {
+    int n, dofs;
+    kt_coulomb_type type[ITEMS];
+    double friction[ITEMS], J[ROWS][DOFS], v[DOFS];
+} drawn;
+
+/* Items on a mechanism of few or many coordinates, so that rows may depend on each other. */
+static void draw_items(kt_random *random, drawn *d) {
+    *d = (drawn){.n = kt_random_int(random, 1, ITEMS), .dofs = kt_random_int(random, 3, DOFS)};
+    for (int i = 0; i < d->n; i++) {
+        const int kind = kt_random_int(random, 0, 3);
+        d->type[i] = kind == 0 ? KT_COULOMB_DRY : kind == 1 ? KT_COULOMB_FRICTIONLESS : KT_COULOMB_CONE;
+        d->friction[i] = kt_random_uniform(random, 0.05, 1.0);
+    }
+    for (int k = 0; k < d->dofs; k++) {
+        d->v[k] = kt_random_normal(random);
+        for (int j = 0; j < 3 * d->n; j++)
+            d->J[j][k] = kt_random_normal(random);
+    }
+}
+
+/* Poses and solves a problem whose item i is measured in 1 / unit[i]. */
+static void solve_in_units(const drawn *d, const double *unit, scaled *s) {
+    kt_coulomb *c = s->c;
+    uint64_t steps = 0;
+    c->n = c->rows = 0;
+    for (int i = 0; i < d->n; i++) {
+        const bool is_cone = d->type[i] == KT_COULOMB_CONE;
+        c->item[c->n++] = (kt_coulomb_item){.type = d->type[i],
+                                            .row = c->rows,
+                                            .across = c->rows + 1,
+                                            .friction = d->friction[i] / (is_cone ? 1.0 : unit[i])};
+        for (int r = 0; r < (is_cone ? 3 : 1); r++) {
+            s->unit[c->rows] = unit[i];
+            c->line[c->rows++] = 3 * i + r;
+        }
+    }
+    c->W = s->W;
+    c->stride = 3 * d->n;
+    for (int i = 0; i < c->rows; i++) {
+        const double *J = d->J[c->line[i]];
+        c->b[i] = 0.0;
+        for (int k = 0; k < d->dofs; k++)
+            c->b[i] += s->unit[i] * J[k] * d->v[k];
+        for (int j = 0; j < c->rows; j++) {
+            double *W = &s->W[c->line[i] * c->stride + c->line[j]];
+            *W = 0.0;
+            for (int k = 0; k < d->dofs; k++)
+                *W += s->unit[i] * s->unit[j] * J[k] * d->J[c->line[j]][k];
+        }
+    }
+    enumeration_set_sizes(c);
+    s->found = kt_coulomb_solve(c, s->solver, true, s->solution, &steps);
+}
+
+/* The largest difference of two solutions, of forces and rates relative to the largest ones; infinite if modes
+ * differ. */
+static double apart(const scaled *a, const scaled *b) {
+    double most = 0.0, force = 1e-300, rate = 1e-300;
+    if (a->found != b->found)
+        return HUGE_VAL;
+    for (int i = 0; i < a->c->n; i++)
+        most = a->solution->mode[i] == b->solution->mode[i] ? most : HUGE_VAL;
+    for (int j = 0; j < a->c->rows; j++) {
+        force = fmax(force, fabs(a->solution->p[j]));
+        rate = fmax(rate, fabs(a->c->b[j]));
+    }
+    for (int j = 0; j < a->c->rows; j++) {
+        most = fmax(most, fabs(a->solution->p[j] - b->solution->p[j] * b->unit[j]) / force);
+        most = fmax(most, fabs(a->solution->u[j] - b->solution->u[j] / b->unit[j]) / rate);
+    }
+    return most;
+}
+
+KT_TEST(items_in_other_units_have_the_same_solution) {
+    static const double natural[ITEMS] = {1.0, 1.0, 1.0, 1.0};
+    kt_random random = kt_random_of_test();
+    KT_WORST worst = kt_worst_make("difference");
+    scaled a, b;
+    int found = 0;
+    make_room(&a);
+    make_room(&b);
+    for (int k = 0; k < 1000; k++) {
+        drawn d;
+        double unit[ITEMS];
+        draw_items(&random, &d);
+        for (int i = 0; i < ITEMS; i++)
+            unit[i] = ldexp(1.0, kt_random_int(&random, -20, 20));
+        solve_in_units(&d, natural, &a);
+        solve_in_units(&d, unit, &b);
+        found += a.found;
+        kt_worst_below(&worst, a.found || b.found ? apart(&a, &b) : 0.0, 1e-9, "problem %d", k);
+    }
+    kt_check_above("solved", found, 900.0);
+    free_room(&a);
+    free_room(&b);
+}
