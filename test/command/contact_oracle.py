@@ -561,9 +561,9 @@ def main():
             if answer is not None and answer != rests_at_once(records[0]):
                 others.append(f"scene {scene.seed}{' (exact)' if exact else ''}: rest {'exists' if answer else 'does not exist'}")
     note(f"{options.scenes} scenes: {rests} with rest, {moves} without, {undecided} undecided, {proved} proved in rational numbers")
-    note(f"{len(ended)} runs end early (at most {options.scenes // 100})")
+    note(f"{len(ended)} runs end early (at most {options.scenes // 150})")
     claim("runs_that_end_early_name_their_place", placeless)
-    claim("one_of_a_hundred_runs_ends_early_at_most", ended if len(ended) > options.scenes // 100 else [])
+    claim("one_of_150_runs_ends_early_at_most", ended if len(ended) > options.scenes // 150 else [])
     for law, (value, where) in sorted(worst.items()):
         note(f"{law}: {value:.3g} (bound {BOUND:g}), {where}")
         claim(law.replace(" ", "_").replace("'", ""), [] if value <= BOUND else [f"{value:.3g} > {BOUND:g}: {where}"])
