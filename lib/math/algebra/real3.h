@@ -18,6 +18,7 @@
  *   kt_scaleN(s, a)  s a    kt_mulN  a_i b_i                       kt_crossN  a x b
  *   kt_minusN  -a           kt_across2  (-a_y, a_x)                kt_swap2  (a_y, a_x)
  *   kt_apply3(A, u)  A u    kt_apply_transposed3(A, u)  A' u       kt_sum3  a_x + a_y + a_z
+ *   kt_symmetric2_apply(d, s, u)  [d_x s; s d_y] u
  *   kt_loadN, kt_storeN  from and to memory                        kt_makeN, kt_sameN, kt_zero3  from numbers
  *
  * Some conditions end a recursion for one state. A recursion for several states goes on, and records the states for
@@ -209,6 +210,10 @@ KT_OPERATOR kt_real2 kt_add_scaled2(kt_real2 a, kt_real1 s, kt_real2 b) { return
 KT_OPERATOR kt_real2 kt_sub_scaled2(kt_real2 a, kt_real1 s, kt_real2 b) { return kt_sub2(a, kt_scale2(s, b)); }
 KT_OPERATOR kt_real3 kt_add_scaled3(kt_real3 a, kt_real1 s, kt_real3 b) { return kt_add3(a, kt_scale3(s, b)); }
 KT_OPERATOR kt_real3 kt_sub_scaled3(kt_real3 a, kt_real1 s, kt_real3 b) { return kt_sub3(a, kt_scale3(s, b)); }
+
+KT_OPERATOR kt_real2 kt_symmetric2_apply(kt_real2 diagonal, kt_real1 off, kt_real2 u) {
+    return kt_add_scaled2(kt_mul2(diagonal, u), off, kt_swap2(u));
+}
 
 /* a x b, a number in a plane. */
 KT_OPERATOR kt_real1 kt_cross2(kt_real2 a, kt_real2 b) {

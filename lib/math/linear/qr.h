@@ -9,7 +9,7 @@
 #ifndef KT_LINEAR_QR_H
 #define KT_LINEAR_QR_H
 
-#include "algebra/real.h"
+#include "linear/cholesky.h"
 
 #include <assert.h>
 #include <math.h>
@@ -124,13 +124,6 @@ KT_INLINE void kt_reflect(const kt_real1 *restrict u, kt_real1 t, int j, int m, 
         x[i] -= sum * u[i];
 }
 
-KT_INLINE kt_real1 kt_squares(const kt_real1 *x, int from, int m) {
-    kt_real1 sum = kt_real1_splat(0.0);
-    for (int i = from; i < m; i++)
-        sum += x[i] * x[i];
-    return sum;
-}
-
 #ifndef KT_LANES
 
 /* Reflects four columns, m apart, and computes their squared norms from row j + 1 on. The order of each sum is
@@ -181,7 +174,7 @@ KT_INLINE void kt_qr_step(const kt_qr *w, int m, int j, kt_index1 best, kt_real1
     for (; c < w->k; c++) {
         kt_real1 *x = w->factor + (size_t)c * (size_t)m;
         kt_reflect(u, t, j, m, x);
-        norm[c] = kt_squares(x, j + 1, m);
+        norm[c] = kt_dense_dot(x + j + 1, x + j + 1, m - (j + 1));
     }
 }
 

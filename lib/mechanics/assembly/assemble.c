@@ -49,7 +49,7 @@ void kt_aim_nearest(const kt_model *model, kt_data *data, const double *d) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_CLOSED);
-        if (kt_group_has_fronts(group)) {
+        if (group->has_fronts) {
             model->group_kernels->apply(model, data, g, KT_ROWS_CLOSED, d, w.right, NULL);
             for (int r = 0; r < w.k; r++)
                 w.right[r] -= w.residual[r];
@@ -103,7 +103,7 @@ static void release_coordinates(const kt_model *model, const kt_group *group, un
  * have equal weights, because their equations are not stored as a matrix. */
 static bool set_group_weights(const kt_model *model, const kt_group *group, unsigned given, double *weight) {
     const kt_rows rows = given == KT_POSITION_GIVEN ? KT_ROWS_CLOSED : KT_ROWS_ALL;
-    if (kt_group_has_fronts(group) || group->rank[rows] >= group->v_count) /* nothing to choose */
+    if (group->has_fronts || group->rank[rows] >= group->v_count) /* nothing to choose */
         return false;
     for (int i = 0; i < group->v_count; i++) {
         const int32_t v = model->group_v[group->v + i];
@@ -139,7 +139,7 @@ static void apply_weights(const kt_model *model, kt_data *data, const double *we
     for (size_t g = 0; g < model->n.group && weight; g++) {
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-        for (int i = 0; i < w.m && !kt_group_has_fronts(group); i++)
+        for (int i = 0; i < w.m && !group->has_fronts; i++)
             for (int r = 0; r < w.k; r++)
                 w.a[(size_t)r * (size_t)w.m + (size_t)i] *= weight[model->group_v[group->v + i]];
     }
@@ -262,7 +262,7 @@ static free_directions find_free_directions(const approach *a) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, a->data, g, KT_ROWS_ALL);
         const int32_t *v = model->group_v + model->group[g].v;
-        for (int i = 0; i < w.m && !kt_group_has_fronts(&model->group[g]); i++)
+        for (int i = 0; i < w.m && !model->group[g].has_fronts; i++)
             for (int r = 0; r < w.k && (model->given[v[i]] & KT_POSITION_GIVEN); r++)
                 w.a[(size_t)r * (size_t)w.m + (size_t)i] = 0.0;
     }

@@ -88,7 +88,7 @@ bool kt_damped_step(const kt_model *model, kt_data *data, size_t g, kt_rows rows
     assert(mu >= 0.0);
     const kt_group *group = &model->group[g];
     const kt_group_work matrices = kt_group_matrices(model, data, g, rows), *w = &matrices;
-    if (kt_group_has_fronts(group))
+    if (group->has_fronts)
         return damp_front(model, data, g, rows, gap, mu, (double)INFINITY);
     const size_t m = (size_t)w->m;
     const double *unit = model->unit + group->v;
@@ -123,8 +123,8 @@ static void damped_step(const kt_model *model, kt_data *data, size_t g, double m
     const double *unit = model->unit + group->v;
     double largest = 0.0;
     const double most = GAP_DAMPING * mu * data->gap[g] / (double)w->m;
-    if (!(kt_group_has_fronts(group) ? damp_front(model, data, g, KT_ROWS_CLOSED, w->residual, mu, most)
-                                     : kt_damped_step(model, data, g, KT_ROWS_CLOSED, w->residual, mu)))
+    if (!(group->has_fronts ? damp_front(model, data, g, KT_ROWS_CLOSED, w->residual, mu, most)
+                            : kt_damped_step(model, data, g, KT_ROWS_CLOSED, w->residual, mu)))
         return;
     for (size_t i = 0; i < m; i++)
         largest = fmax(largest, model->is_linear[(size_t)group->v + i] ? 0.0 : fabs(w->free[i]));
@@ -152,8 +152,7 @@ static bool group_step_is_accepted(const kt_model *model, kt_data *data, size_t 
     const double before = data->gap[g], after = squares(w);
     /* If the gap alone damps the step, the step ends at a minimum at once. More damping would find it again and
      * again. */
-    const bool least =
-        kt_group_has_fronts(&model->group[g]) && after != before && fabs(after - before) <= 1e-10 * before;
+    const bool least = model->group[g].has_fronts && after != before && fabs(after - before) <= 1e-10 * before;
     const bool rounding = before <= 1e-28 * (double)w->k;
     /* The disagreement of loops has a minimum somewhere along the motion that they leave. A search ends where it
      * reaches the disagreement. */
@@ -175,7 +174,7 @@ static bool group_step_is_accepted(const kt_model *model, kt_data *data, size_t 
         return true;
     }
     /* A sample of a long chain begins too far away if two steps in a row are rejected: the next ones would be short. */
-    const bool is_far = asked == TO_SAMPLE && kt_group_has_fronts(&model->group[g]) && data->damping[g] < 0.0;
+    const bool is_far = asked == TO_SAMPLE && model->group[g].has_fronts && data->damping[g] < 0.0;
     /* Near closure, rounding errors hide the decrease of a damped step along a direction that is about to be lost. More
      * damping would only end the iteration there. If any step closes the gap in this direction, the undamped step
      * does. */
@@ -209,7 +208,7 @@ static void iterate_groups(const kt_model *model, kt_data *data, double t, const
         bool all = true, refill = false;
         memset(data->delta, 0, model->n.v * sizeof(double));
         for (size_t g = 0; g < model->n.group; g++) {
-            data->settled[g] |= i >= large && kt_group_has_fronts(&model->group[g]);
+            data->settled[g] |= i >= large && model->group[g].has_fronts;
             all &= data->settled[g];
             if (!data->settled[g])
                 damped_step(model, data, g, fabs(data->damping[g]), data->delta);

@@ -13,12 +13,11 @@
  * in *relative. */
 static double loop_gap_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, bool moving,
                           double *relative) {
-    const kt_group *group = &model->group[loop->group];
     const kt_group_work w = kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL);
     double largest = 0.0;
     *relative = 0.0;
     for (int r = 0; r < loop->row_count; r++) {
-        const int32_t k = kt_rows_slots(model, group, loop)[r];
+        const int32_t k = model->slot[loop->slot + r];
         const double x = k < 0 ? 0.0 : fabs(moving ? w.right[k] : w.residual[k]);
         if (k < 0 || !(x / w.scale[k] > *relative))
             continue;
@@ -36,11 +35,10 @@ typedef struct gap_text {
 
 static gap_text describe_gap(const kt_model *model, const kt_data *data, int index) {
     const kt_loop_record *loop = &model->loop[index];
-    const kt_group *group = &model->group[loop->group];
     const kt_group_work w = kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL);
     double most[KT_MEASURE_NONE + 1] = {0.0};
     for (int r = 0; r < loop->row_count; r++) {
-        const int32_t k = kt_rows_slots(model, group, loop)[r];
+        const int32_t k = model->slot[loop->slot + r];
         double *of = &most[kt_loop_measure_of(model, index, r)];
         *of = k < 0 ? *of : fmax(*of, fabs(w.residual[k]));
     }
@@ -82,7 +80,7 @@ void kt_velocity_gaps_least_squares(const kt_model *model, kt_data *data) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         if (!kt_damped_step(model, data, g, KT_ROWS_ALL, w.right, 1e-13))
             continue;
-        if (kt_group_has_fronts(group)) {
+        if (group->has_fronts) {
             for (int i = 0; i < w.m; i++)
                 data->scratch[model->group_v[group->v + i]] = model->unit[group->v + i] * w.free[i];
             model->group_kernels->apply(model, data, g, KT_ROWS_ALL, data->scratch, kt_group_products(&w), NULL);

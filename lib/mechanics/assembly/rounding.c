@@ -42,7 +42,7 @@ static double group_speed_of(const kt_model *model, size_t g, const kt_group_wor
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
         const double rate = kt_curve_speed(&loop->curve, model->number, t);
         for (int r = 0; r < loop->row_count && rate > 0.0; r++) {
-            const int32_t k = kt_rows_slots(model, group, loop)[r];
+            const int32_t k = model->slot[loop->slot + r];
             if (k >= 0)
                 speed = fmax(speed, rate / w->scale[k]);
         }

@@ -140,8 +140,11 @@ void kt_attach_fill_effects(kt_attach *a, kt_model *m) {
             place++;
         }
         if (place > first)
-            m->batch[batch++] = (kt_effect_batch){
-                .type = m->effect[first].type, .ends = m->effect[first].ends, .first = first, .count = place - first};
+            m->batch[batch++] = (kt_effect_batch){.kind = kt_effect_kind_of(m->effect[first].type),
+                                                  .type = m->effect[first].type,
+                                                  .ends = m->effect[first].ends,
+                                                  .first = first,
+                                                  .count = place - first};
     }
     for (size_t i = 0; i < count; i++)
         if (is_off(a, i))

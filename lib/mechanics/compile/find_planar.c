@@ -240,7 +240,7 @@ static void place_link(kt_model *m, const kt_body_plane *body, size_t index, int
         .along = {slides ? x / length : 0.0, slides ? y / length : 0.0},
         .size = link->size,
         .sign = kt_vec3_part(own.z, k) < 0.0 ? -1.0 : 1.0,
-        .parent = up ? up - (int32_t)m->n.spatial + 1 : 0,
+        .parent = up ? up + m->to_planar : 0,
         .group = -1,
         .q = link->q,
         .v = link->v,

@@ -54,6 +54,7 @@ static bool may_be(const kt_model *model, kt_group_form form) { return !(model->
 
 static void set_form(kt_group *group, kt_group_form form, kt_form_reason reason) {
     group->form = form;
+    group->has_fronts = form >= KT_FORM_FRONT;
     group->reason = reason;
 }
 
@@ -90,7 +91,7 @@ static bool has_half_columns(const kt_model *model, const kt_group *group) {
  * contacts, and stands on the ground or is one joint that a stop locks. */
 static bool may_solve_in_range_space(const kt_model *model, const kt_group *group) {
     const bool is_locked_joint = group->v_count == 1 && group->row_count == 1;
-    return (group->parent == 0 || is_locked_joint) && model->reduction->chooses && !kt_group_is_planar(model, group) &&
+    return (group->parent == 0 || is_locked_joint) && model->reduction->chooses && !group->planar &&
            has_half_columns(model, group) && has_one_sided_loop(model, group);
 }
 
@@ -108,7 +109,7 @@ void kt_form_begin(const kt_model *model, kt_group *group) {
 bool kt_form_is_front(const kt_model *model, kt_group *group, const kt_form_estimate *of) {
     if (group->balanced || group->reason == KT_FORM_REASON_FORMULA)
         return false;
-    const bool planar = kt_group_is_planar(model, group);
+    const bool planar = group->planar;
     const double front = form_cost(&front_price[planar], of->front_flops, group);
     const double dense = form_cost(&dense_price[planar], of->dense_flops, group);
     const bool pays = has_several_free(model, group)
@@ -120,7 +121,7 @@ bool kt_form_is_front(const kt_model *model, kt_group *group, const kt_form_esti
         set_form(group, KT_FORM_FRONT, KT_FORM_REASON_ASKED);
     else if (pays || delassus || registers)
         set_form(group, KT_FORM_FRONT, KT_FORM_REASON_TIME);
-    return kt_group_has_fronts(group);
+    return group->has_fronts;
 }
 
 /* ---- the special forms ------------------------------------------------------------------------------------------- */
@@ -129,8 +130,8 @@ bool kt_form_is_front(const kt_model *model, kt_group *group, const kt_form_esti
  * right angles. Only the QR reduction uses this special form; if the caller selects another reduction, the group gets
  * that reduction. */
 static bool is_pin(const kt_model *model, const kt_group *group) {
-    if (kt_group_has_fronts(group) || !model->reduction->pins || !kt_group_is_planar(model, group) ||
-        group->loop_count != 1 || group->link_count != 3 || group->v_count != 3 || group->count[KT_ROWS_ALL] != 2 ||
+    if (group->has_fronts || !model->reduction->pins || !group->planar || group->loop_count != 1 ||
+        group->link_count != 3 || group->v_count != 3 || group->count[KT_ROWS_ALL] != 2 ||
         group->rank[KT_ROWS_ALL] != 2)
         return false;
     const int32_t loop = model->group_loop[group->loop];
@@ -149,11 +150,11 @@ static bool is_pin(const kt_model *model, const kt_group *group) {
  * Delassus sweeps wrenches to the ground, and has one column for each degree of freedom of a joint. Therefore the group
  * must be on the ground, and no link may move freely. */
 void kt_form_choose_damped(const kt_model *model, kt_group *group) {
-    bool fits = kt_group_has_fronts(group) && group->parent == 0 && group->loop_count <= KT_DELASSUS_MAX &&
+    bool fits = group->has_fronts && group->parent == 0 && group->loop_count <= KT_DELASSUS_MAX &&
                 kt_delassus_count((size_t)group->v_count) <= group->front.count && may_be(model, KT_FORM_DELASSUS);
     for (int i = 0; i < group->link_count && fits; i++)
         fits = model->link[model->group_link[group->link + i]].motion != KT_MOTION_FREE;
-    group->damped_form = fits ? KT_FORM_DELASSUS : kt_group_has_fronts(group) ? KT_FORM_FRONT : KT_FORM_DENSE;
+    group->damped_form = fits ? KT_FORM_DELASSUS : group->has_fronts ? KT_FORM_FRONT : KT_FORM_DENSE;
 }
 
 /* Whether a group is solved by reduction/delassus.h: few equations (dependent ones not counted). If rows may be
@@ -169,8 +170,8 @@ static bool fits_front4(const kt_model *model, const kt_group *group) {
     const kt_front_plan *plan = &group->front;
     const int32_t *cap = model->front_cap + (size_t)KT_ROWS_ALL * model->n.front + plan->step;
     int32_t params = 0, active = 0, rank = 0;
-    bool fits = kt_group_has_fronts(group) && !plan->delayed_most && group->parent == 0 &&
-                kt_group_is_planar(model, group) && plan->relations == 0 && plan->slots <= KT_FRONT4_SLOTS &&
+    bool fits = group->has_fronts && !plan->delayed_most && group->parent == 0 && group->planar &&
+                plan->relations == 0 && plan->slots <= KT_FRONT4_SLOTS &&
                 kt_front4_count((size_t)group->link_count) <= plan->count;
     for (int32_t s = 0; s < group->link_count && fits; s++) {
         const kt_front_step *step = &model->front[plan->step + s];
@@ -178,7 +179,7 @@ static bool fits_front4(const kt_model *model, const kt_group *group) {
         for (int32_t i = step->loop; i < step->loop + step->loop_count; i++) {
             const kt_loop_record *loop = &model->loop[model->front_loop[i]];
             for (int r = 0; r < loop->row_count; r++)
-                rows += model->slot[group->row + loop->row + r] >= 0;
+                rows += model->slot[loop->slot + r] >= 0;
         }
         rank += rows;
         active += 1 - step->last_use_count;
@@ -200,7 +201,7 @@ void kt_forms_choose(kt_model *model) {
     model->has_delassus = false;
     for (size_t g = 0; g < model->n.group; g++) {
         kt_group *group = &model->group[g];
-        if (kt_group_has_fronts(group))
+        if (group->has_fronts)
             choose_among_fronts(model, group);
         else if (is_pin(model, group) && may_be(model, KT_FORM_PIN))
             set_form(group, group->has_armature ? KT_FORM_DENSE : KT_FORM_PIN,

@@ -235,7 +235,7 @@ static size_t least(size_t a, size_t b) { return a < b ? a : b; }
 
 /* The equations of a loop that is not void in a plane. */
 static size_t loop_equations_of(const planner *p, int32_t loop) {
-    const bool flat = kt_group_is_planar(p->m, p->group) && !p->m->loop[loop].term_count;
+    const bool flat = p->group->planar && !p->m->loop[loop].term_count;
     return (size_t)(flat ? p->m->planar_loop[loop].count : p->m->loop[loop].row_count);
 }
 
@@ -260,7 +260,7 @@ static void count_open(const planner *p) {
 
 /* Operations of an elimination, if all equations are independent. */
 static double flops_of(const planner *p, const int32_t *order) {
-    const double base = kt_group_is_planar(p->m, p->group) ? KT_FRONT_SPACE / 2 : KT_FRONT_SPACE;
+    const double base = p->group->planar ? KT_FRONT_SPACE / 2 : KT_FRONT_SPACE;
     double n = 0.0, sum = 0.0, relations = 0.0;
     measure_order(p, order);
     count_open(p);
@@ -281,7 +281,7 @@ static double flops_of(const planner *p, const int32_t *order) {
 /* Whether this order's fronts fit into registers (form.c), if all equations are independent. */
 static bool order_fits_front4(const planner *p, const int32_t *order) {
     int32_t params = 0;
-    bool fits = p->group->parent == 0 && kt_group_is_planar(p->m, p->group);
+    bool fits = p->group->parent == 0 && p->group->planar;
     measure_order(p, order);
     count_open(p);
     for (int32_t l = 0; l < p->count && fits; l++) {
@@ -443,7 +443,7 @@ static bool find_equation_delays(kt_model *m, const kt_group *group, int rows) {
         for (int32_t i = step->loop; i < step->loop + step->loop_count; i++) {
             const kt_loop_record *loop = &m->loop[m->front_loop[i]];
             for (int32_t r = 0; r < loop->row_count; r++) {
-                const int32_t slot = m->slot[group->row + loop->row + r];
+                const int32_t slot = m->slot[loop->slot + r];
                 count += slot >= 0 && slot < group->count[rows];
             }
         }
@@ -458,7 +458,7 @@ void kt_fronts_find_delays(kt_model *m) {
     for (size_t g = 0; g < m->n.group; g++) {
         kt_group *group = &m->group[g];
         bool any = false;
-        for (int rows = 0; rows < KT_ROWS_COUNT && kt_group_has_fronts(group); rows++)
+        for (int rows = 0; rows < KT_ROWS_COUNT && group->has_fronts; rows++)
             any = find_equation_delays(m, group, rows) || any;
         group->front.delayed_most = any ? KT_FRONT_DELAYED_MOST : 0;
         if (any)

@@ -69,6 +69,7 @@ static void measure_groups(kt_attach *a, kt_model *m) {
         kt_group *group = &m->group[link->group];
         if (group->parent < 0)
             group->parent = link->parent; /* the first link is the highest */
+        group->planar = kt_link_is_planar(m, i);
         link->local = group->v_count;
         group->v_count += kt_link_dofs(link);
         group->link_count++;
@@ -98,9 +99,12 @@ static void number_groups(kt_model *m) {
         }
         m->link[group->parent].branches = true;
         if (kt_link_is_planar(m, (size_t)group->parent))
-            m->planar[(size_t)group->parent - m->n.spatial + 1].branches = true;
+            m->planar[group->parent + m->to_planar].branches = true;
         group->loop_count = group->link_count = 0; /* counted again while the lists are filled */
     }
+    for (size_t i = 0; i < m->n.loop; i++)
+        if (!kt_loop_is_off(&m->loop[i]))
+            m->loop[i].slot = m->group[m->loop[i].group].row + m->loop[i].row;
 }
 
 /* Marks planar links whose accelerations other links need; a group computes the accelerations of its links all at
@@ -255,7 +259,7 @@ void kt_attach_fill_groups(kt_attach *a, kt_model *m) {
             continue;
         kt_group *group = &m->group[link->group];
         if (kt_link_is_planar(m, i)) {
-            kt_planar_link *planar = &m->planar[i - m->n.spatial + 1];
+            kt_planar_link *planar = &m->planar[(int32_t)i + m->to_planar];
             planar->group = link->group;
             planar->local = link->local;
             planar->first_of_group = group->link_count == 0;

@@ -150,7 +150,7 @@ static bool has_geometry(const kt_model *m, const kt_group *group) {
 void kt_attach_balance_lengths(kt_model *m) {
     for (size_t g = 0; g < m->n.group && fabs(log2(m->length)) > RATIO; g++) {
         kt_group *group = &m->group[g];
-        if (kt_group_has_fronts(group) || !has_geometry(m, group))
+        if (group->has_fronts || !has_geometry(m, group))
             continue;
         group->balanced = true;
         group->ranges = false;

@@ -50,7 +50,7 @@ static bool is_flat(const kt_model *m, const kt_loop_record *r) {
 
 static const kt_plane *plane_of(const kt_model *m, const kt_loop_record *r) {
     const size_t link = (size_t)(r->link[0] ? r->link[0] : r->link[1]);
-    return &m->plane[m->planar_rest[link - m->n.spatial + 1].plane];
+    return &m->plane[m->planar_rest[(int32_t)link + m->to_planar].plane];
 }
 
 /* The normal of the loop's plane, in the axes of the link that has the place. */
@@ -58,7 +58,7 @@ static kt_vec3 normal_at_place(const kt_model *m, const kt_loop_record *r) {
     const int32_t link = r->link[kt_loop_movable_end(r)];
     if (link == 0)
         return plane_of(m, r)->basis.z;
-    const kt_planar_rest *rest = &m->planar_rest[(size_t)link - m->n.spatial + 1];
+    const kt_planar_rest *rest = &m->planar_rest[link + m->to_planar];
     return kt_vec3_make(rest->axes[0][2], rest->axes[1][2], rest->axes[2][2]);
 }
 

@@ -94,7 +94,7 @@ static void finish_ranks(kt_model *model, const kt_data *data, const kt_rank_sam
         for (int rows = 0; rows < KT_ROWS_COUNT; rows++) { /* void equations contribute rounding errors only */
             const int32_t rank = found->rank[KT_ROWS_COUNT * g + (size_t)rows];
             group->rank[rows] = rank < group->count[rows] ? rank : group->count[rows];
-            group->usual[rows] = !group->rank[rows] ? 0.0 : kt_group_has_fronts(group) ? 1.0 : group->usual[rows];
+            group->usual[rows] = !group->rank[rows] ? 0.0 : group->has_fronts ? 1.0 : group->usual[rows];
             resolve_rank(group, rows, group->least[rows], rows == KT_ROWS_CLOSED ? KT_RANK_CLOSED : KT_RANK_MOVING);
             prefer_equations(model, group, rows, found);
         }
@@ -142,7 +142,7 @@ static kt_status choose_among_delayed(kt_model *model, kt_rank_samples *found, k
 static kt_status open_lapack(const kt_model *model, kt_error *error) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
-        if (kt_group_has_fronts(group) || group->v_count < model->reduction->large)
+        if (group->has_fronts || group->v_count < model->reduction->large)
             continue;
         const kt_status status = model->reduction->open(error);
         if (status != KT_OK && error)

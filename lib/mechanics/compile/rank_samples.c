@@ -160,7 +160,7 @@ void kt_rank_sample_groups(kt_model *model, kt_data *data, const double *q, bool
                 continue;
             const bool best = update_largest_rank(data->rank[g], data->last[g],
                                                   &found->rank[KT_ROWS_COUNT * g + (size_t)rows], &group->usual[rows]);
-            if (kt_group_has_fronts(group))
+            if (group->has_fronts)
                 kt_rank_store_steps(model, data, group, rows, best, found);
             else if (best && model->reduction->chooses)
                 mark_chosen_equations(model, group, &w, data->rank[g], found->chosen + (size_t)rows * model->n.row);
@@ -169,7 +169,7 @@ void kt_rank_sample_groups(kt_model *model, kt_data *data, const double *q, bool
             if (best)
                 store_position(model, group, q, found->q + 2 * model->n.q);
             found->sampled[g] = true;
-            if (kt_group_has_fronts(group))
+            if (group->has_fronts)
                 mark_nontrivial_front_rows(model, data, g, found->nontrivial);
             else
                 mark_nontrivial_rows(model, group, &w, found->nontrivial);
@@ -185,7 +185,7 @@ void kt_rank_sample_groups(kt_model *model, kt_data *data, const double *q, bool
 static bool shrink_displacements(const kt_model *model, kt_data *data, double *fraction) {
     bool any = false;
     for (size_t g = 0; g < model->n.group; g++) {
-        if (!kt_group_has_fronts(&model->group[g]) || kt_rank_is_closed(model, data, g) || fraction[g] < FRACTION_LEAST)
+        if (!model->group[g].has_fronts || kt_rank_is_closed(model, data, g) || fraction[g] < FRACTION_LEAST)
             continue;
         fraction[g] *= 0.25;
         any = true;
@@ -210,15 +210,15 @@ void kt_rank_take_sample(const kt_model *model, kt_data *data, double size, size
  * depend on lengths. The entries of a balanced group are scaled to at most 1. Needs the equations' scales. */
 double kt_rank_least(const kt_model *model, const kt_group *group, const kt_group_work *w) {
     double longest = 0.0, of_lengths = 0.0, angles = 0.0;
-    for (int i = 0; i < w->m && kt_group_has_fronts(group); i++)
+    for (int i = 0; i < w->m && group->has_fronts; i++)
         angles += model->unit[group->v + i] == 1.0;
     for (int r = 0; r < w->k; r++) {
         double sum = 0.0;
-        if (kt_group_has_fronts(group))
+        if (group->has_fronts)
             sum = w->scale[r] * w->scale[r] * angles + (w->scale[r] == model->length ? w->m - angles : 0.0);
         for (int i = 0; i < w->m && group->balanced; i++)
             sum += 1.0;
-        for (int i = 0; i < w->m && !kt_group_has_fronts(group) && !group->balanced; i++) {
+        for (int i = 0; i < w->m && !group->has_fronts && !group->balanced; i++) {
             const double unit = model->unit[group->v + i], entry = w->scale[r] / unit;
             sum += unit == 1.0 || w->scale[r] == model->length ? entry * entry : 0.0;
         }

@@ -91,7 +91,7 @@ static kt_mat3 turned_by(kt_mat3 rotation, const double *by) {
 
 /* Computes the numbers of a loop that depend on its ends. */
 static void update_loop_ends(kt_model *model, kt_loop_record *loop) {
-    if (model->n.planar_loop > 0 && kt_group_is_planar(model, &model->group[loop->group]))
+    if (model->n.planar_loop > 0 && model->group[loop->group].planar)
         kt_planar_ends(model, loop, &model->planar_loop[loop - model->loop]);
 }
 
@@ -128,7 +128,7 @@ double kt_group_store_disagreement(kt_model *model, const kt_data *data, size_t 
     for (int i = 0; i < group->loop_count; i++) {
         kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
         for (int r = 0; r < loop->row_count; r++) {
-            const int32_t k = kt_rows_slots(model, group, loop)[r];
+            const int32_t k = model->slot[loop->slot + r];
             if (k < 0 || w.closes[k] == 0.0)
                 continue;
             const bool is_length = kt_loop_measure_of(model, (int)(loop - model->loop), r) == KT_MEASURE_LENGTH;
@@ -503,7 +503,7 @@ kt_status kt_group_repair(kt_model *model, kt_data *data, size_t g, const double
                 .count = 2 * CORRECTIONS * group->loop_count};
     *found = false;
     u.rank = u.m - 1;
-    if (u.rank < 1 || u.k < u.rank || kt_group_has_fronts(group) || group->loop_count > LOOPS_MAX ||
+    if (u.rank < 1 || u.k < u.rank || group->has_fronts || group->loop_count > LOOPS_MAX ||
         u.k + u.m > SIZE_MAX_OF_GROUP)
         return KT_OK;
     const size_t n = (size_t)u.count, k = (size_t)u.k, m = (size_t)u.m, nq = model->n.q;

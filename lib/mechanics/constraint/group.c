@@ -4,7 +4,7 @@
 
 size_t kt_group_layout(kt_group *group) {
     const size_t m = (size_t)group->v_count, k = (size_t)group->row_count;
-    const size_t n = kt_group_has_fronts(group) ? 0 : m, s = n < k ? n : k;
+    const size_t n = group->has_fronts ? 0 : m, s = n < k ? n : k;
     size_t used = 0, *at = group->at;
 #define KT_GROUP_PLACE(name, count, meaning)                                                                           \
     *at++ = used;                                                                                                      \

@@ -138,23 +138,10 @@ _Static_assert(0 KT_GROUP_FIELDS(KT_GROUP_COUNT) <= KT_GROUP_MATRICES,
                "a group has room for the places of its matrices");
 #undef KT_GROUP_COUNT
 
-/* The slots of a loop's equations: indices among the equations of the group, or -1 for an equation that is left out. */
-KT_INLINE const int32_t *kt_rows_slots(const kt_model *model, const kt_group *group, const kt_loop_record *loop) {
-    return model->slot + group->row + loop->row;
-}
-
 /* Copies numbers of a group's first `count` slots to the order of all equations, which is the order of the loops; or
  * back. */
 void kt_rows_scatter(const kt_model *model, const kt_group *group, int count, const double *slots, double *equations);
 void kt_rows_gather(const kt_model *model, const kt_group *group, int count, const double *equations, double *slots);
-
-/* Whether fronts, in any of their forms, reduce the group, so that its matrices are those of the fronts. */
-static inline bool kt_group_has_fronts(const kt_group *group) { return group->form >= KT_FORM_FRONT; }
-
-/* Whether a group is planar. */
-static inline bool kt_group_is_planar(const kt_model *model, const kt_group *group) {
-    return (size_t)model->group_link[group->link] >= model->n.spatial;
-}
 
 #ifndef KT_LANES
 
@@ -205,37 +192,6 @@ static inline void kt_group_position_residuals(const kt_group_work *w, kt_violat
         const kt_real1 x = kt_abs1(w->residual[r]);
         violation->gap = kt_most1(violation->gap, x / w->scale[r]);
         violation->position = KT_CHOOSE((x > violation->position) | (x != x), x, violation->position); /* keeps a NaN */
-    }
-}
-
-/* Adds -(A v + phi_t) of an equation to the violation and stores the value in `right`; largest: the largest term of the
- * sum. */
-KT_INLINE void kt_group_violate(const kt_group_work *w, int r, kt_real1 sum, kt_real1 largest,
-                                kt_violation *violation) {
-    w->right[r] = -sum;
-    violation->velocity =
-        KT_CHOOSE((kt_abs1(sum) > violation->velocity) | (sum != sum), kt_abs1(sum), violation->velocity);
-    violation->slip = kt_most1(violation->slip, kt_abs1(sum) / w->scale[r]);
-    violation->speed = kt_most1(violation->speed, largest / w->scale[r]);
-}
-
-/* Adds -(A v + phi_t) of all equations to the violation. `right` holds A v; size: the largest terms of A v. */
-static inline void kt_group_violation(const kt_group_work *w, const kt_real1 *size, kt_violation *violation) {
-    for (int r = 0; r < w->k; r++)
-        kt_group_violate(w, r, w->rate[r] + w->right[r], kt_most1(kt_abs1(w->rate[r]), size[r]), violation);
-}
-
-/* Stores -(A v + phi_t) of a group in `right`, and adds the values to the violation. */
-static inline void kt_group_velocity_residuals(const kt_model *model, const kt_group *group, const kt_group_work *w,
-                                               const kt_real1 *v, kt_violation *violation) {
-    for (int r = 0; r < w->k; r++) {
-        kt_real1 sum = w->rate[r], largest = kt_abs1(w->rate[r]);
-        for (int i = 0; i < w->m; i++) {
-            const kt_real1 term = w->a[(size_t)r * (size_t)w->m + (size_t)i] * v[model->group_v[group->v + i]];
-            sum += term;
-            largest = kt_most1(largest, kt_abs1(term));
-        }
-        kt_group_violate(w, r, sum, largest, violation);
     }
 }
 

@@ -315,7 +315,7 @@ KT_INLINE void kt_rows_relation(const kt_model *model, const kt_group *group, co
 KT_INLINE void kt_rows_fill_one(const kt_model *model, const kt_data *data, size_t g, const double *q, double t) {
     const kt_group *group = &model->group[g];
     const kt_loop_record *loop = &model->loop[model->group_loop[group->loop]];
-    const int32_t slot = kt_rows_slots(model, group, loop)[0];
+    const int32_t slot = model->slot[loop->slot];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     w.a[0] = slot >= 0 ? model->term[loop->term].coefficient : 0.0;
     kt_rows_relation_value(model, group, &w, loop, slot, q, t);
@@ -331,7 +331,7 @@ static inline void kt_rows_fill(const kt_model *model, const kt_data *data, size
     memset(w.a, 0, (size_t)w.m * (size_t)w.k * sizeof *w.a);
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
-        const int32_t *slot = kt_rows_slots(model, group, loop);
+        const int32_t *slot = model->slot + loop->slot;
         if (loop->term_count)
             kt_rows_relation(model, group, &w, loop, slot[0], q, moving ? v : NULL, t);
         else if (kt_loop_is_over_ground(loop))

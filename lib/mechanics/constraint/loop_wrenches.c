@@ -102,10 +102,10 @@ void KT_KERNEL(kt_react)(const kt_model *model, const kt_data *data, double t, k
         for (int i = 0; i < group->loop_count; i++) {
             const int32_t index = model->group_loop[group->loop + i];
             const kt_loop_record *loop = &model->loop[index];
-            const int32_t *slot = kt_rows_slots(model, group, loop);
+            const int32_t *slot = model->slot + loop->slot;
             if (loop->term_count)
                 loops[index] = relation_wrench(model, data, loop, slot[0] < 0 ? 0.0 : w.multiplier[slot[0]]);
-            else if (kt_group_has_fronts(group) && !KT_KERNEL(kt_loop_kinds)[loop->kind]->load &&
+            else if (group->has_fronts && !KT_KERNEL(kt_loop_kinds)[loop->kind]->load &&
                      data->given_multipliers == NULL)
                 loops[index] = front_wrench(model, data, &w, loop, slot, bodies);
             else

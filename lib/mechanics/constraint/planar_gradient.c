@@ -71,7 +71,7 @@ static void move_along_joint(const gradient *g, const kt_planar_link *link, kt_v
 }
 
 static const kt_planar_link *path_link_of(const gradient *g, int k, int i, const kt_planar_motion **m) {
-    const int32_t at = kt_planar_index_shift(g->model, g->model->path[g->loop->path[k] + i]);
+    const int32_t at = g->model->path[g->loop->path[k] + i] + g->model->to_planar;
     *m = &g->data->planar[at];
     return &g->model->planar[at];
 }

@@ -44,7 +44,7 @@ typedef struct kt_planar_wrench {
 KT_INLINE void kt_planar_end_follow(const kt_model *model, const kt_data *data, const kt_loop_record *loop,
                                     const kt_planar_loop *flat, int k, bool moving, const kt_real1 *v,
                                     kt_planar_end *end) {
-    const int32_t *path = model->path + loop->path[k], count = loop->length[k], first = kt_planar_index_shift(model, 0);
+    const int32_t *path = model->path + loop->path[k], count = loop->length[k], first = model->to_planar;
     const kt_real1 zero = kt_real1_splat(0.0);
     kt_real1 x = kt_real1_splat(-flat->origin[0]), y = kt_real1_splat(-flat->origin[1]);
     kt_real1 vx = zero, vy = zero, ax = zero, ay = zero, w = moving ? data->planar[flat->ancestor].omega : zero;
@@ -213,19 +213,22 @@ KT_EACH_ISA(KT_ROWS_IN_SPACE_DECLARE)
 #undef KT_ROWS_IN_SPACE_DECLARE
 #endif
 
-/* Evaluates the rows of one loop that are not left out: their wrenches, and everything but A'. Returns their number. In
- * lanes no row has the form of space (kt_lanes_fit_model). */
+/* Evaluates the rows of one loop that are not left out: their wrenches, and everything but A'. Returns their number. As
+ * long as ranks are unknown, the rows 0 = 0 that come last have indices, too: all of a loop, or none. In lanes no row
+ * has the form of space (kt_lanes_fit_model). */
 KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_data *data, const kt_group_work *w,
                                       const kt_loop_in_plane *x, const kt_planar_end end[2],
                                       const kt_planar_relative *r, kt_real1 t, kt_planar_wrench *rows) {
     const kt_planar_loop *flat = x->flat;
+    const bool has_vanishing = flat->vanishing_count > 0 && x->slot[flat->row[flat->count].row] >= 0;
+    const int last = flat->count + (has_vanishing ? flat->vanishing_count : 0);
     int count = 0;
 #ifndef KT_LANES
     int in_space = 0;
 #else
     (void)data, (void)end;
 #endif
-    for (int i = 0; i < flat->count; i++) {
+    for (int i = 0; i < last; i++) {
         const kt_planar_row *row = &flat->row[i];
         const int32_t at = x->slot[row->row];
         kt_planar_wrench *out = &rows[count];
@@ -245,11 +248,14 @@ KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_data *data
         case KT_PLANAR_ROW_DISTANCE:
             value = kt_planar_row_distance(model, x->loop, flat, row, r, t, out);
             break;
-        case KT_PLANAR_ROW_SPATIAL:
         case KT_PLANAR_ROW_VOID:
+            out->force[0] = out->force[1] = out->moment = kt_real1_splat(0.0);
+            value.residual = value.rate = value.bias = kt_real1_splat(0.0);
+            break;
+        case KT_PLANAR_ROW_SPATIAL:
         default:
 #ifndef KT_LANES
-            in_space += row->kind == KT_PLANAR_ROW_SPATIAL;
+            in_space++;
 #endif
             continue;
         }
@@ -272,25 +278,12 @@ KT_INLINE int kt_planar_rows_evaluate(const kt_model *model, const kt_data *data
     return count;
 }
 
-/* As long as ranks are unknown, vanishing rows can have indices, too: all vanishing rows of a loop, or none. */
-KT_INLINE void kt_planar_rows_vanishing(const kt_group_work *w, const kt_planar_loop *flat, const int32_t *slot) {
-    if (!flat->vanishing_count || slot[flat->row[flat->count].row] < 0)
-        return;
-    for (int i = flat->count; i < flat->count + flat->vanishing_count; i++) {
-        const int32_t at = slot[flat->row[i].row];
-        if (at < 0)
-            continue;
-        w->residual[at] = w->rate[at] = w->right[at] = kt_real1_splat(0.0);
-        w->closes[at] = w->scale[at] = kt_real1_splat(1.0);
-    }
-}
-
 /* Writes A' of one path. `arm` is the vector from the origin of the end's link to the second end's point. */
 KT_INLINE void kt_planar_rows_path(const kt_model *model, const kt_data *data, const kt_group_work *w,
                                    const kt_loop_record *loop, int k, const kt_planar_wrench *rows, int count,
                                    const kt_real1 arm[2]) {
     const double sign = k ? 1.0 : -1.0;
-    const int32_t *path = model->path + loop->path[k], first = kt_planar_index_shift(model, 0), stride = w->m;
+    const int32_t *path = model->path + loop->path[k], first = model->to_planar, stride = w->m;
     const kt_planar_link *links = model->planar + first;
     const kt_planar_motion *motion = data->planar + first;
     kt_real1 *a = w->a, ax = arm[0], ay = arm[1];
@@ -322,7 +315,7 @@ KT_INLINE void kt_planar_rows_fill(const kt_model *model, const kt_data *data, s
     for (int i = 0; i < group->loop_count; i++) {
         const int32_t index = model->group_loop[group->loop + i];
         const kt_loop_record *loop = &model->loop[index];
-        const kt_loop_in_plane x = {loop, &model->planar_loop[index], kt_rows_slots(model, group, loop), q};
+        const kt_loop_in_plane x = {loop, &model->planar_loop[index], model->slot + loop->slot, q};
         kt_planar_end end[2];
         kt_planar_relative r;
         kt_planar_wrench rows[KT_PLANAR_ROW_MAX];
@@ -334,7 +327,6 @@ KT_INLINE void kt_planar_rows_fill(const kt_model *model, const kt_data *data, s
             kt_planar_end_follow(model, data, loop, x.flat, k, moving, v, &end[k]);
         kt_planar_relate(data, x.flat, end, &r);
         const int count = kt_planar_rows_evaluate(model, data, w, &x, end, &r, t, rows);
-        kt_planar_rows_vanishing(w, x.flat, x.slot);
         const kt_real1 first[2] = {end[0].arm[0] + r.d[0], end[0].arm[1] + r.d[1]};
         kt_planar_rows_path(model, data, w, loop, 0, rows, count, first);
         kt_planar_rows_path(model, data, w, loop, 1, rows, count, end[1].arm);

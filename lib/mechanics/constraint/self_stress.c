@@ -46,7 +46,7 @@ static void fill_relation(const stress_work *w, const kt_loop_record *loop, size
 
 /* Writes the columns of A' of a loop between frames, their scales, and the wrenches. Void equations are zeros. */
 static void fill_frames(const stress_work *w, const kt_loop_record *loop, size_t first) {
-    const int32_t *slot = kt_rows_slots(w->model, w->group, loop);
+    const int32_t *slot = w->model->slot + loop->slot;
     const kt_group_work to = {.m = (int)w->s.m, .a = w->s.a};
     int32_t column[KT_LOOP_ROW_MAX];
     kt_loop_end end[2];
@@ -102,7 +102,7 @@ static int factor_stress(const kt_stress *s, int most) {
     int rank = 0;
     for (int c = 0; c < qr.k; c++) {
         s->pivot[c] = c;
-        s->norm[c] = kt_squares(s->a + (size_t)c * s->m, 0, qr.m);
+        s->norm[c] = kt_dense_dot(s->a + (size_t)c * s->m, s->a + (size_t)c * s->m, qr.m);
     }
     for (; rank < most; rank++) {
         const int best = kt_longest_column(s->norm, rank, qr.k, &all);

@@ -5,7 +5,7 @@
 void kt_rows_scatter(const kt_model *model, const kt_group *group, int count, const double *slots, double *equations) {
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
-        const int32_t *slot = kt_rows_slots(model, group, loop);
+        const int32_t *slot = model->slot + loop->slot;
         for (int r = 0; r < loop->row_count; r++)
             if (slot[r] >= 0 && slot[r] < count)
                 equations[loop->equation + r] = slots[slot[r]];
@@ -15,7 +15,7 @@ void kt_rows_scatter(const kt_model *model, const kt_group *group, int count, co
 void kt_rows_gather(const kt_model *model, const kt_group *group, int count, const double *equations, double *slots) {
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
-        const int32_t *slot = kt_rows_slots(model, group, loop);
+        const int32_t *slot = model->slot + loop->slot;
         for (int r = 0; r < loop->row_count; r++)
             if (slot[r] >= 0 && slot[r] < count)
                 slots[slot[r]] = equations[loop->equation + r];

@@ -8,8 +8,9 @@ void kt_least_factor(kt_least *w, double could_be) {
     const int m = w->qr.m, k = w->qr.k;
     double first = could_be, all;
     for (int c = 0; c < k; c++) {
+        const double *column = w->qr.factor + (size_t)c * (size_t)m;
         w->qr.pivot[c] = c;
-        w->norm[c] = kt_squares(w->qr.factor + (size_t)c * (size_t)m, 0, m);
+        w->norm[c] = kt_dense_dot(column, column, m);
     }
     for (w->rank = 0; w->rank < m && w->rank < k; w->rank++) {
         const int j = w->rank, best = kt_longest_column(w->norm, j, k, &all);

@@ -17,7 +17,7 @@ bool kt_linearized_is_dense(const kt_model *model) {
         return true;
     bool dense = model->n.v < COORDINATES_FEW;
     for (size_t g = 0; g < model->n.group; g++)
-        dense = dense || (!kt_group_has_fronts(&model->group[g]) && 2 * (size_t)model->group[g].v_count > model->n.v);
+        dense = dense || (!model->group[g].has_fronts && 2 * (size_t)model->group[g].v_count > model->n.v);
     return dense && model->structure != KT_STRUCTURE_FRONTS;
 }
 

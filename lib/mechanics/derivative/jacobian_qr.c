@@ -60,7 +60,7 @@ kt_status kt_jacobian_qr_factor(kt_jacobian_qr *w, const kt_model *model, kt_row
         for (size_t i = 0; i < n; i++)
             w->factor[r * n + i] = w->weight[r] * a[i * p + r];
         w->pivot[r] = (int32_t)r;
-        w->norm[r] = kt_squares(w->factor + r * n, 0, (int)n);
+        w->norm[r] = kt_dense_dot(w->factor + r * n, w->factor + r * n, (int)n);
     }
     for (int j = 0; j < w->rank; j++) {
         double all;

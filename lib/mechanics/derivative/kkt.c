@@ -19,7 +19,7 @@ static size_t kept_of(const kt_group *group) {
 /* Returns the most numbers of a group's maps. The maps have a column of N and W for each parameter. */
 static size_t maps_of(const kt_group *group) {
     const size_t width = (size_t)group->front.width, base = KT_FRONT_SPACE, m = (size_t)group->v_count;
-    if (!kt_group_has_fronts(group))
+    if (!group->has_fronts)
         return m * (m + 2 * (size_t)group->row_count);
     return (size_t)group->link_count * width * (2 * base + 3 * width + group->front.vectors);
 }
@@ -29,7 +29,7 @@ static kt_kkt_sizes kkt_sizes_of(const kt_model *model) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         s.maps += maps_of(group);
-        if (!kt_group_has_fronts(group))
+        if (!group->has_fronts)
             continue;
         s.steps += (size_t)group->link_count;
         s.width = larger_size(s.width, (size_t)group->front.width);

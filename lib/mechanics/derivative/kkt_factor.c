@@ -21,7 +21,7 @@ static void set_rigid(const kt_kkt *w, size_t i, int c) {
         kt_inertia_to_matrix(&x, inertia_of(w, i));
         return;
     }
-    const int32_t k = kt_planar_index_shift(w->model, (int32_t)i);
+    const int32_t k = (int32_t)i + w->model->to_planar;
     const kt_planar_link *link = &w->model->planar[k];
     double first[2];
     kt_planar_rotate(&w->data->planar[k], link->moment, first);
@@ -34,8 +34,7 @@ static void hand_over_inertias(const kt_kkt *w, size_t i, int c) {
     if (c == KT_FRONT_SPACE)
         kt_inertia_from_mat3(inertia_of(w, i), &w->data->articulated[i]);
     else
-        w->data->planar_inertia[kt_planar_index_shift(w->model, (int32_t)i)] =
-            kt_planar_inertia_from_mat3(inertia_of(w, i));
+        w->data->planar_inertia[(int32_t)i + w->model->to_planar] = kt_planar_inertia_from_mat3(inertia_of(w, i));
 }
 
 /* Adds X' I X, where X takes the parent's acceleration to the link's origin. */
@@ -131,7 +130,7 @@ static bool reduce_dense(kt_kkt *w, size_t g, int c, double *parent) {
     const kt_group *group = &model->group[g];
     const kt_group_work of = kt_group_matrices(model, w->data, g, w->rows);
     const bool spatial = c == KT_FRONT_SPACE;
-    const int32_t top = group->parent && !spatial ? kt_planar_index_shift(model, group->parent) : 0;
+    const int32_t top = group->parent && !spatial ? group->parent + model->to_planar : 0;
     double more[KT_FRONT_SPACE * KT_FRONT_SPACE];
     kt_articulated total, onto;
     kt_planar_inertia flat, flat_onto = {.j = 0.0};
@@ -164,7 +163,7 @@ static bool reduce_group(kt_kkt *w, size_t g, int c) {
     double *parent = inertia_of(w, (size_t)group->parent);
     for (int l = 0; l < group->link_count; l++)
         hand_over_inertias(w, (size_t)w->model->group_link[group->link + l], c);
-    if (kt_group_has_fronts(group))
+    if (group->has_fronts)
         return KT_KERNEL(kt_kkt_reduce_front)(w, g, parent);
     return reduce_dense(w, g, c, parent);
 }
@@ -172,7 +171,7 @@ static bool reduce_group(kt_kkt *w, size_t g, int c) {
 /* With the metric of the coordinates. */
 static void reduce_apart(kt_kkt *w, size_t g) {
     const kt_group_work of = kt_group_matrices(w->model, w->data, g, w->rows);
-    if (kt_group_has_fronts(&w->model->group[g])) {
+    if (w->model->group[g].has_fronts) {
         (void)KT_KERNEL(kt_kkt_reduce_front)(w, g, NULL);
         return;
     }

@@ -15,7 +15,7 @@ KT_INLINE int kt_kkt_components(const kt_model *model, size_t i) {
 KT_INLINE kt_v4 kt_kkt_offset(const kt_kkt *w, size_t i, int components) {
     if (components == KT_FRONT_SPACE)
         return w->data->motion[i].offset;
-    const double *r = w->data->planar[kt_planar_index_shift(w->model, (int32_t)i)].offset;
+    const double *r = w->data->planar[(int32_t)i + w->model->to_planar].offset;
     return (kt_v4){r[0], r[1], 0.0, 0.0};
 }
 

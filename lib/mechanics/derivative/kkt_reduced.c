@@ -100,7 +100,7 @@ static column8 *restrict_dense(const columns *k, size_t g, column8 *z) {
 static void restrict_columns(const columns *k) {
     column8 *z = k->response;
     for (size_t g = 0; g < k->model->n.group; g++)
-        z = (kt_group_has_fronts(&k->model->group[g]) ? restrict_front : restrict_dense)(k, g, z);
+        z = (k->model->group[g].has_fronts ? restrict_front : restrict_dense)(k, g, z);
     for (size_t i = 1; i < k->model->n.link; i++)
         for (int d = 0; d < kt_link_dofs(&k->model->link[i]) && k->model->link[i].group < 0; d++)
             *z++ = k->x[k->model->link[i].v + d];

@@ -194,7 +194,7 @@ KT_INLINE void backward_pass(const columns *k, size_t i, int c) {
     const int32_t g = k->model->link[i].group;
     if (g < 0)
         eliminate(k, i, c);
-    else if (is_first(k->model, i) && kt_group_has_fronts(&k->model->group[g]))
+    else if (is_first(k->model, i) && k->model->group[g].has_fronts)
         backward_pass_front(k, (size_t)g, c);
     else if (is_first(k->model, i))
         backward_pass_dense(k, (size_t)g, c);
@@ -203,7 +203,7 @@ KT_INLINE void backward_pass(const columns *k, size_t i, int c) {
 /* Forward pass at link i. A group responds at its first link. */
 KT_INLINE void forward_pass(const columns *k, size_t i, int c) {
     const int32_t g = k->model->link[i].group;
-    if (is_first(k->model, i) && kt_group_has_fronts(&k->model->group[g]))
+    if (is_first(k->model, i) && k->model->group[g].has_fronts)
         ascend(k, (size_t)g, c);
     else if (is_first(k->model, i))
         ascend_dense(k, (size_t)g, c);
@@ -214,7 +214,7 @@ KT_INLINE void forward_pass(const columns *k, size_t i, int c) {
  * group. */
 KT_INLINE void solve_group(const columns *k, size_t i, int c) {
     const size_t g = (size_t)k->model->link[i].group;
-    if (kt_group_has_fronts(&k->model->group[g])) {
+    if (k->model->group[g].has_fronts) {
         backward_pass_front(k, g, c);
         ascend(k, g, c);
     } else {
@@ -247,7 +247,7 @@ static void load_equations(const columns *k, const double *b, int lane) {
         const kt_group *group = &model->group[g];
         for (int i = 0; i < group->loop_count; i++) {
             const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
-            const int32_t *slot = kt_rows_slots(model, group, loop);
+            const int32_t *slot = model->slot + loop->slot;
             for (int r = 0; r < loop->row_count; r++)
                 if (slot[r] >= 0)
                     k->b[group->row + slot[r]][lane] = b[loop->equation + r];

@@ -168,9 +168,9 @@ void kt_loops_apply(const kt_model *model, kt_data *data, const double *x, doubl
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
-        if (kt_group_has_fronts(group))
+        if (group->has_fronts)
             model->group_kernels->apply(model, data, g, data->factored[g], x, kt_group_products(&w), NULL);
-        for (int r = 0; r < w.k && !kt_group_has_fronts(group); r++) {
+        for (int r = 0; r < w.k && !group->has_fronts; r++) {
             double *sum = &kt_group_products(&w)[r];
             *sum = 0.0;
             for (int i = 0; i < w.m; i++)

@@ -154,11 +154,6 @@ KT_INLINE kt_planar_inertia kt_planar_unload(const kt_planar_carried *x) {
                                .force = {KT_PART2(x->force, 0), KT_PART2(x->force, 1)}};
 }
 
-/* M u */
-KT_INLINE kt_real2 kt_planar_apply(const kt_planar_carried *x, kt_real2 u) {
-    return kt_add_scaled2(kt_mul2(x->diagonal, u), x->xy, kt_swap2(u));
-}
-
 /* Projects a revolute joint out of x and shifts the remainder to the parent's origin; tau is about n. */
 KT_INLINE kt_condition kt_planar_pass_revolute(const kt_planar_link *link, const kt_planar_motion *m, kt_real1 tau,
                                                kt_planar_carried *x, kt_planar_response *response) {
@@ -169,11 +164,11 @@ KT_INLINE kt_condition kt_planar_pass_revolute(const kt_planar_link *link, const
         return kt_condition_false();
     const kt_real1 d = 1.0 / j, n = kt_dot2(p, h), nd = n * d, y = tau - x->moment;
     const kt_real2 g = kt_scale2(d, h);
-    x->j = kt_dot2(p, kt_planar_apply(x, p)) - n * nd;
+    x->j = kt_dot2(p, kt_symmetric2_apply(x->diagonal, x->xy, p)) - n * nd;
     x->diagonal = kt_sub2(x->diagonal, kt_mul2(h, g));
     x->xy -= KT_PART2(h, 0) * KT_PART2(g, 1);
-    x->h = kt_planar_apply(x, p);
-    x->force = kt_add2(x->force, kt_add2(kt_scale2(y, g), kt_planar_apply(x, c)));
+    x->h = kt_symmetric2_apply(x->diagonal, x->xy, p);
+    x->force = kt_add2(x->force, kt_add2(kt_scale2(y, g), kt_symmetric2_apply(x->diagonal, x->xy, c)));
     x->moment = tau + kt_dot2(p, x->force);
     response->free = y * d - kt_dot2(g, c);
     response->gain_angular = 1.0 + nd;

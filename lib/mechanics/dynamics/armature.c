@@ -25,7 +25,7 @@ void kt_armature_update_flags(kt_model *model) {
         if (has_armature && link->group >= 0)
             model->group[link->group].has_armature = true;
         if (kt_link_is_planar(model, i)) {
-            kt_planar_link *planar = &model->planar[i - model->n.spatial + 1];
+            kt_planar_link *planar = &model->planar[(int32_t)i + model->to_planar];
             planar->armature = model->armature[link->v];
         }
     }

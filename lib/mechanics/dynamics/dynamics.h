@@ -179,6 +179,10 @@ kt_forward_call kt_forward_tree; /* t is not used */
 kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                              const kt_wrench *external, double *tau, kt_error *error);
 
+/* The error of a result of nv numbers that is not finite, at the first joint at which it is not; `what` names the
+ * result. */
+kt_status kt_result_reject(const kt_model *model, const double *result, const char *what, kt_error *error);
+
 /* Copies a result of nv numbers if it is finite. Otherwise the error reports the input that is at fault (NULL: no input
  * is checked), or names the joint at which the result is not finite. */
 kt_status kt_commit(const kt_model *model, const kt_input *input, const double *from, double *to, const char *what,

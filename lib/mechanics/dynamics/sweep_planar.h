@@ -14,11 +14,6 @@
 
 #include "dynamics/angles.h"
 
-/* The index of a link in the planar arrays; for link 0, the number to be added to the indices of links. */
-KT_INLINE int32_t kt_planar_index_shift(const kt_model *model, int32_t link) {
-    return link - (int32_t)model->n.spatial + 1;
-}
-
 /* x e + y e', where e' is e rotated by a right angle: the vector (x, y), given at q = 0, in the axes e and e'. */
 KT_INLINE kt_real2 kt_planar_sum(kt_real2 e, kt_real1 x, kt_real1 y) {
     return kt_add2(kt_scale2(x, e), kt_scale2(y, kt_across2(e)));

@@ -154,7 +154,7 @@ static bool is_load_finite(const kt_effect_load *load) {
 
 /* Returns whether all callbacks succeeded. */
 KT_INLINE bool apply_joint_forces(sum *s, const kt_effect_batch *batch) {
-    const kt_effect_kind *kind = kt_effect_kind_of(batch->type);
+    const kt_effect_kind *kind = batch->kind;
     kt_effect_balance balance;
     /* cppcheck-suppress uninitvar ; its address is taken, no value */
     kt_effect_balance *const asked = s->power ? &balance : NULL;
@@ -188,7 +188,7 @@ static int apply_along_path(sum *s, const kt_effect_record *effect, kt_effect_ba
 }
 
 KT_INLINE bool apply_wrenches(sum *s, const kt_effect_batch *batch) {
-    const kt_effect_kind *kind = kt_effect_kind_of(batch->type);
+    const kt_effect_kind *kind = batch->kind;
     kt_effect_balance balance;
     /* cppcheck-suppress uninitvar ; its address is taken, no value */
     kt_effect_balance *const asked = s->power ? &balance : NULL;

@@ -37,7 +37,7 @@ static void write_dense_row(const kt_model *model, const kt_loop_record *loop, i
 static void write_equation_row(const kt_model *model, const kt_loop_record *loop, int r, int slot,
                                const kt_group_work *w, const kt_outputs *out) {
     const size_t row = (size_t)loop->equation + (size_t)r;
-    if (out->jacobian && !kt_group_has_fronts(&model->group[loop->group]))
+    if (out->jacobian && !model->group[loop->group].has_fronts)
         write_dense_row(model, loop, r, w->a + (size_t)slot * (size_t)w->m, out);
     if (out->residual)
         out->residual[row] = w->residual[slot];
@@ -60,7 +60,7 @@ static void write_front_columns(const kt_model *model, kt_data *data, size_t g, 
         data->delta[v] = 0.0;
         for (int i = 0; i < group->loop_count; i++) {
             const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
-            const int32_t *slot = kt_rows_slots(model, group, loop);
+            const int32_t *slot = model->slot + loop->slot;
             for (int r = 0; r < loop->row_count; r++)
                 if (slot[r] >= 0)
                     out->jacobian[place_of_entry(model, out, loop, r, c)] = column[slot[r]];
@@ -71,11 +71,11 @@ static void write_front_columns(const kt_model *model, kt_data *data, size_t g, 
 static void write_group_equations(const kt_model *model, kt_data *data, size_t g, const kt_outputs *out) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    if (kt_group_has_fronts(group) && out->jacobian)
+    if (group->has_fronts && out->jacobian)
         write_front_columns(model, data, g, out);
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
-        const int32_t *slot = kt_rows_slots(model, group, loop);
+        const int32_t *slot = model->slot + loop->slot;
         for (int r = 0; r < loop->row_count; r++)
             if (slot[r] >= 0)
                 write_equation_row(model, loop, r, slot[r], &w, out);
@@ -96,7 +96,7 @@ static bool group_is_finite(const kt_model *model, kt_data *data, size_t g, bool
         return false;
     if (!with_jacobian)
         return true;
-    if (!kt_group_has_fronts(group))
+    if (!group->has_fronts)
         return kt_all_finite(w.a, k * (size_t)w.m);
     memset(data->delta, 0, model->n.v * sizeof *data->delta);
     for (int c = 0; c < group->v_count; c++)
@@ -163,10 +163,10 @@ static size_t write_group_basis(const kt_model *model, kt_data *data, size_t g, 
     for (size_t i = 0; i < m; i++) {
         const size_t row = (size_t)model->group_v[(size_t)group->v + i];
         mark[row] = 1.0;
-        for (size_t c = 0; c < count && !kt_group_has_fronts(group); c++)
+        for (size_t c = 0; c < count && !group->has_fronts; c++)
             column[c * nv + row] = w.basis[c * m + i];
     }
-    for (size_t c = 0; c < count && kt_group_has_fronts(group); c++)
+    for (size_t c = 0; c < count && group->has_fronts; c++)
         kt_reduction_kernels_in_space(model)->nullspace(model, data, g, (int)c, column + c * nv);
     return count;
 }

@@ -2,10 +2,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "evaluate/evaluate.h"
 
+#include "algebra/finite.h"
+#include "assembly/rejected_loops.h"
 #include "base/copy.h"
+#include "base/where.h"
 #include "constraint/rejecting_loop.h"
 #include "dynamics/dynamics.h"
 #include "kinetree/algebra.h"
+
+#include <string.h>
 
 kt_status kt_wrenches_check(const kt_model *model, const double *q, const double *v, const kt_wrench *external,
                             kt_error *error) {
@@ -17,6 +22,38 @@ kt_status kt_inertia_reject(const char *where, kt_error *error) {
     return kt_error_set(
         error, KT_ERROR_SINGULAR, where,
         "the mechanism has no positive inertia along one of the degrees of freedom that its loops leave");
+}
+
+/* The error of an acceleration of a mechanism with loops that is not finite or, if `failed` is not 0, of a joint of the
+ * link `failed` without inertia: the input at fault, the loop of the caller's at fault, or the joint. */
+static kt_status reject_closed_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *at, size_t failed,
+                                       kt_error *error) {
+    const kt_input input = {.q = at->q, .v = at->v, .x = at->tau, .what = "force or torque", .external = at->external};
+    kt_status status = kt_input_check(model, &input, error);
+    if (status != KT_OK)
+        return status;
+    if (failed) {
+        const char *joint = model->text + model->body[model->link[failed].body].joint_name;
+        const kt_where_text where = kt_where_format("joint '%.100s', t = %.9g s", joint, at->t);
+        status = kt_inertia_reject_motion(model, where.text, error);
+    } else {
+        status = kt_result_reject(model, data->scratch, "acceleration", error);
+    }
+    return kt_loops_explain(model, data, at->t, at->q, at->v, status, error);
+}
+
+kt_status kt_closed_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *given, double *a,
+                            kt_error *error) {
+    kt_dynamic_state at = *given;
+    at.tau = at.tau ? at.tau : model->zero;
+    data->interpolated = false;
+    size_t failed = model->group_kernels->forward(model, data, &at, false, data->scratch);
+    if (kt_is_near_singular(model, data))
+        failed = kt_crossing_accelerate(model, data, &at, failed);
+    if (failed || !kt_all_finite(data->scratch, model->n.v))
+        return reject_closed_forward(model, data, &at, failed, error);
+    memcpy(a, data->scratch, model->n.v * sizeof *a);
+    return KT_OK;
 }
 
 kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,

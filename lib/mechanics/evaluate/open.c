@@ -79,7 +79,7 @@ static bool is_near_contact(const kt_model *all, size_t i, double gap) {
 static bool touches(open_contacts *c, size_t i, double *gap) {
     const kt_loop_record *loop = &c->all->loop[i];
     const double sign = loop->side == KT_SIDE_BELOW ? -1.0 : 1.0;
-    if (kt_rows_slots(c->all, &c->all->group[loop->group], loop)[0] < 0)
+    if (c->all->slot[loop->slot] < 0)
         return false;
     if (c->kernels == NULL) {
         c->kernels = kt_reduction_kernels_in_space(c->all);

@@ -23,8 +23,7 @@ void kt_multipliers_put(const kt_model *model, kt_data *data, const double *mult
         const kt_loop_record *loop = &model->loop[i];
         if (kt_loop_is_off(loop))
             continue;
-        const kt_group *group = &model->group[loop->group];
-        const int32_t *slot = kt_rows_slots(model, group, loop);
+        const int32_t *slot = model->slot + loop->slot;
         const kt_group_work w = kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL);
         for (int r = 0; r < loop->row_count; r++)
             if (slot[r] >= 0)
@@ -146,7 +145,7 @@ kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, const kt_dyna
 
 /* The multiplier of an equation of a loop; zero for equations that no group contains. */
 static double equation_multiplier_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, int r) {
-    const int32_t slot = kt_rows_slots(model, &model->group[loop->group], loop)[r];
+    const int32_t slot = model->slot[loop->slot + r];
     const double shared = model->n.stress > 0 ? data->stress_multiplier[loop->equation + r] : 0.0;
     return slot >= 0 ? kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL).multiplier[slot] + shared
                      : shared;

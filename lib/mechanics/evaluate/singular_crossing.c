@@ -489,34 +489,8 @@ static size_t choose_acceleration(crossing *c, bool lost) {
     return failed;
 }
 
-static kt_status reject_singular_position(const kt_model *model, size_t link, double t, const kt_input *input,
-                                          kt_error *error) {
-    const kt_status status = kt_input_check(model, input, error);
-    if (status != KT_OK)
-        return status;
-    return kt_inertia_reject_motion(
-        model,
-        kt_where_format("joint '%.100s', t = %.9g s", model->text + model->body[model->link[link].body].joint_name, t)
-            .text,
-        error);
-}
-
-kt_status kt_closed_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *given, double *a,
-                            kt_error *error) {
-    const kt_reduction_kernels *kernels = model->group_kernels;
-    kt_dynamic_state at = *given;
-    at.tau = at.tau ? at.tau : model->zero;
-    data->interpolated = false;
-    size_t failed = kernels->forward(model, data, &at, false, data->scratch);
-    if (kt_is_near_singular(model, data) && (!failed || is_singular(model, data))) {
-        crossing c = {.model = model, .data = data, .at = at, .driven = model->driven};
-        failed = choose_acceleration(&c, failed || is_singular(model, data));
-    }
-    const kt_input input = {.q = at.q, .v = at.v, .x = at.tau, .what = "force or torque", .external = at.external};
-    kt_status status = failed ? reject_singular_position(model, failed, at.t, &input, error)
-                              : kt_commit(model, NULL, data->scratch, a, "acceleration", error);
-    if (status == KT_OK)
-        return KT_OK;
-    const kt_status faulty = failed ? KT_OK : kt_input_check(model, &input, error);
-    return faulty != KT_OK ? faulty : kt_loops_explain(model, data, at.t, at.q, at.v, status, error);
+size_t kt_crossing_accelerate(const kt_model *model, kt_data *data, const kt_dynamic_state *at, size_t failed) {
+    const bool is_lost = failed || is_singular(model, data);
+    crossing c = {.model = model, .data = data, .at = *at, .driven = model->driven};
+    return failed && !is_singular(model, data) ? failed : choose_acceleration(&c, is_lost);
 }

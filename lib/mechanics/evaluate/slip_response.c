@@ -75,9 +75,7 @@ bool kt_slip_has_responses(const kt_model *model, const kt_data *data) {
 }
 
 /* The slot of the normal force in the contact's group; -1: no slot. */
-static int32_t slot_of(const kt_model *model, const kt_loop_record *loop) {
-    return kt_rows_slots(model, &model->group[loop->group], loop)[0];
-}
+static int32_t slot_of(const kt_model *model, const kt_loop_record *loop) { return model->slot[loop->slot]; }
 
 double kt_slip_multiplier(const kt_model *model, const kt_data *data, const kt_loop_record *loop) {
     const int32_t slot = slot_of(model, loop);

@@ -94,7 +94,7 @@ static int factor_objective(const sharing *w) {
         for (int i = 0; i < w->rows; i++)
             to[i] = s->value[i] * s->wrench[(size_t)c * s->rows + (size_t)i];
         s->pivot[c] = c;
-        s->norm[c] = kt_squares(to, 0, w->rows);
+        s->norm[c] = kt_dense_dot(to, to, w->rows);
     }
     for (; rank < w->d && rank < w->rows; rank++) {
         const int best = kt_longest_column(s->norm, rank, w->d, &all);
@@ -127,7 +127,7 @@ static void apply_weights(const sharing *w, int row, int32_t body, int32_t loop,
     if (loop < 0 || !w->model->loop[loop].term_count)
         return;
     const kt_loop_record *of = &w->model->loop[loop];
-    const int32_t slot = kt_rows_slots(w->model, &w->model->group[w->g], of)[0];
+    const int32_t slot = w->model->slot[of->slot];
     double size = 0.0; /* of the forces on joints by a unit multiplier */
     for (size_t i = 0; i < s->k; i++)
         for (int c = 0; c < w->d && s->equation[i] == of->equation && size == 0.0; c++) {
@@ -161,7 +161,8 @@ static void share_group(const kt_model *model, kt_data *data, size_t g, reaction
     visit_stress(&w, apply_weights, &r);
     for (int j = 0; j < rank; j++)
         kt_reflect(s->factor + (size_t)j * (size_t)w.rows, s->reflector_scale[j], j, w.rows, s->value);
-    const double open = kt_squares(s->value, 0, rank), all = open + kt_squares(s->value, rank, w.rows);
+    const double open = kt_dense_dot(s->value, s->value, rank);
+    const double all = open + kt_dense_dot(s->value + rank, s->value + rank, w.rows - rank);
     if (!(open > least_share * least_share * all)) /* they are the least already: forces within a plane */
         return;
     kt_qr_solve(&qr, w.rows, rank, s->value);
@@ -216,12 +217,12 @@ static unsigned open_out_of_plane(const kt_model *model, const kt_group *group) 
     int left_out = 0;
     unsigned open = 0;
     kt_v4 basis[3];
-    if (!kt_group_is_planar(model, group))
+    if (!group->planar)
         return 0;
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
         for (int r = 0; r < loop->row_count; r++)
-            left_out += kt_rows_slots(model, group, loop)[r] < 0;
+            left_out += model->slot[loop->slot + r] < 0;
     }
     if (group->rank[KT_ROWS_ALL] < group->row_count - left_out)
         return 0;

@@ -59,7 +59,7 @@ static bool list_equations(const sweep *s, bool independent, int32_t most) {
         const kt_loop_record *loop = &s->model->loop[s->model->front_loop[l]];
         while (l >= s->f.step[step].loop + s->f.step[step].loop_count)
             step++; /* the step that completes the loop */
-        const int32_t *slot = kt_rows_slots(s->f.model, s->f.group, loop);
+        const int32_t *slot = s->f.model->slot + loop->slot;
         for (int r = 0; r < loop->row_count; r++) {
             if (!kt_front_counts(&s->f, slot[r]) || !is_included(s, slot[r], independent))
                 continue;
@@ -129,7 +129,7 @@ static void add_relation_forces(const sweep *s, int r) {
         const kt_term_record *term = &s->model->term[loop->term + k];
         kt_real1 coefficient = kt_real1_splat(term->coefficient);
         if (s->f.components == KT_FRONT_SPACE / 2) {
-            const kt_planar_link *planar = &s->model->planar[kt_planar_index_shift(s->model, term->link)];
+            const kt_planar_link *planar = &s->model->planar[term->link + s->model->to_planar];
             if (planar->revolute)
                 coefficient *= planar->sign;
         }
@@ -193,7 +193,7 @@ KT_INLINE kt_real4 along_axis(const sweep *s, int32_t i, shape is, const wrenche
     const kt_real4 *x = p->x;
     const int n = is.equations;
     if (is.components == KT_FRONT_SPACE / 2) {
-        const int32_t k = kt_planar_index_shift(s->model, i);
+        const int32_t k = i + s->model->to_planar;
         const kt_planar_link *link = &s->model->planar[k];
         kt_real1 u[2];
         if (link->revolute)
@@ -312,7 +312,7 @@ static void write_step(const sweep *s, kt_real4 lambda, kt_real1 *step) {
         kt_real1 *x = step + link->v;
         x[0] = kt_dot4(n, row[0], lambda) * (s->unit ? s->unit[link->local] : 1.0);
         if (s->f.components == KT_FRONT_SPACE / 2) {
-            const kt_planar_link *planar = &model->planar[kt_planar_index_shift(model, i)];
+            const kt_planar_link *planar = &model->planar[i + model->to_planar];
             if (planar->revolute)
                 x[0] *= planar->sign;
         } else if (link->motion == KT_MOTION_SPHERICAL) {
@@ -354,7 +354,7 @@ KT_INLINE void add_dof(const sweep *s, int n, int32_t local, kt_real4 u, kt_real
  *   u = b - S . P,   P_parent = shift(P) + K u,   b: the joint forces of relations */
 KT_INLINE void eliminate_planar(const sweep *s, shape is, int32_t i, const kt_real3 at, wrenches *p, sums *to) {
     const int32_t local = s->model->link[i].local;
-    const kt_planar_response *response = &s->data->planar_response[kt_planar_index_shift(s->model, i)];
+    const kt_planar_response *response = &s->data->planar_response[i + s->model->to_planar];
     const kt_real1 *gain = response->gain_linear;
     const int n = is.equations;
     const kt_real4 u = kt_sub4(n, joint_force_of(s, local), along_axis(s, i, is, p));
@@ -479,7 +479,7 @@ KT_INLINE void add_responses(const sweep *s, bool planar, kt_real4 mu) {
         const int32_t i = link[l], local = s->model->link[i].local;
         const kt_real1 x = kt_dot4(n, s->d.column[local], mu);
         if (planar) {
-            s->data->planar_response[kt_planar_index_shift(s->model, i)].free += s->d.inverse[local] * x;
+            s->data->planar_response[i + s->model->to_planar].free += s->d.inverse[local] * x;
         } else if (s->model->link[i].motion == KT_MOTION_SPHERICAL) {
             const kt_real1 y = kt_dot4(n, s->d.column[local + 1], mu), z = kt_dot4(n, s->d.column[local + 2], mu);
             kt_real3 *moment = &s->data->articulated[s->model->link[i].articulated].moment, more = kt_make3(x, y, z);

@@ -16,7 +16,7 @@ static void driver_multipliers(const kt_model *model, kt_data *data, const doubl
         const bool locked = data->special_form[g] && kt_group_is_locked(model, group);
         if (data->special_form[g] && !locked)
             continue;
-        if (kt_group_has_fronts(group)) {
+        if (group->has_fronts) {
             KT_KERNEL(kt_front_multipliers)(model, data, g, a, w.multiplier);
             continue;
         }
@@ -40,7 +40,7 @@ static void driver_multipliers(const kt_model *model, kt_data *data, const doubl
 static void driver_basis(const kt_model *model, kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-        if (!kt_group_has_fronts(&model->group[g]))
+        if (!model->group[g].has_fronts)
             model->reduction->basis(&w, data->rank[g]);
     }
 }

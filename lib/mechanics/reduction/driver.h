@@ -58,8 +58,8 @@ KT_INLINE bool kt_links_step_of_mass(const kt_model *model, kt_data *data, const
 KT_INLINE void kt_group_fill(const kt_model *model, kt_data *data, size_t g, bool moving, const kt_real1 *q,
                              const kt_real1 *v, kt_real1 t) {
     const kt_group *group = &model->group[g];
-    const bool in_plane = KT_PLANAR && kt_group_is_planar(model, group);
-    if (kt_group_has_fronts(group)) {
+    const bool in_plane = KT_PLANAR && group->planar;
+    if (group->has_fronts) {
         KT_KERNEL(kt_front_fill)(model, data, g, in_plane, moving, q, v, t);
     } else if (in_plane) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
@@ -73,27 +73,41 @@ KT_INLINE void kt_group_fill(const kt_model *model, kt_data *data, size_t g, boo
     }
 }
 
-/* Adds the violation of a group's velocities, and stores it in `right`. Uses the entries of A or, if fronts reduce the
- * group, the product with A (front.h). */
+/* Stores -(A v + phi_t) of a group in `right`, and adds the values to the violation. Dense groups have the entries of
+ * A; fronts have the products A v and the largest terms of these sums (front.h). */
 KT_INLINE void kt_group_add_violation(const kt_model *model, kt_data *data, size_t g, const kt_real1 *v,
                                       kt_violation *violation) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
-    if (!kt_group_has_fronts(group)) {
-        kt_group_velocity_residuals(model, group, &w, v, violation);
-        return;
+    const int columns = group->has_fronts ? 0 : w.m;
+    if (group->has_fronts)
+        KT_KERNEL(kt_front_apply)(model, data, g, KT_ROWS_ALL, v, w.right, w.multiplier);
+    for (int r = 0; r < w.k; r++) {
+        kt_real1 sum = w.rate[r], largest = kt_abs1(w.rate[r]);
+        if (group->has_fronts) {
+            sum += w.right[r];
+            largest = kt_most1(largest, w.multiplier[r]);
+        }
+        for (int i = 0; i < columns; i++) {
+            const kt_real1 term = w.a[(size_t)r * (size_t)w.m + (size_t)i] * v[model->group_v[group->v + i]];
+            sum += term;
+            largest = kt_most1(largest, kt_abs1(term));
+        }
+        w.right[r] = -sum;
+        violation->velocity =
+            KT_CHOOSE((kt_abs1(sum) > violation->velocity) | (sum != sum), kt_abs1(sum), violation->velocity);
+        violation->slip = kt_most1(violation->slip, kt_abs1(sum) / w.scale[r]);
+        violation->speed = kt_most1(violation->speed, largest / w.scale[r]);
     }
-    KT_KERNEL(kt_front_apply)(model, data, g, KT_ROWS_ALL, v, w.right, w.multiplier);
-    kt_group_violation(&w, w.multiplier, violation);
 }
 
 #ifndef KT_LANES
 /* After this call, the equations treat held coordinates as constants. */
 KT_INLINE void hold_coordinates(const kt_model *model, kt_data *data, const kt_group *group, const kt_group_work *w,
                                 const bool *held) {
-    for (int i = 0; i < w->m && kt_group_has_fronts(group); i++)
+    for (int i = 0; i < w->m && group->has_fronts; i++)
         data->front_fixed[group->v + i] = held[model->group_v[group->v + i]];
-    for (int i = 0; i < w->m && !kt_group_has_fronts(group); i++)
+    for (int i = 0; i < w->m && !group->has_fronts; i++)
         for (int r = 0; r < w->k && held[model->group_v[group->v + i]]; r++)
             w->a[(size_t)r * (size_t)w->m + (size_t)i] = 0.0;
 }

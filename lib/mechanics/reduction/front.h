@@ -138,17 +138,6 @@ typedef struct kt_front {
     double **kept;               /* the pointer `kept` of kt_front_aim */
 } kt_front;
 
-/* Whether the planar kernels have filled a group's equations. */
-KT_INLINE bool kt_front_is_planar(const kt_model *model, const kt_data *data, size_t g) {
-#ifndef KT_LANES
-    (void)model;
-    return data->front_planar[g];
-#else
-    (void)data;
-    return model->sweep != KT_SWEEP_SPATIAL && kt_group_is_planar(model, &model->group[g]);
-#endif
-}
-
 /* Whether a coordinate of the group counts as a constant. */
 KT_INLINE bool kt_front_is_fixed(const kt_front *f, int32_t local) {
 #ifndef KT_LANES
@@ -162,6 +151,11 @@ KT_INLINE bool kt_front_is_fixed(const kt_front *f, int32_t local) {
 static inline void kt_front_find(const kt_model *model, kt_data *data, size_t g, kt_rows rows, kt_front *f) {
     const kt_group *group = &model->group[g];
     const kt_front_plan *plan = &group->front;
+#ifndef KT_LANES
+    const bool planar = data->front_planar[g]; /* the planar kernels have filled the group's equations */
+#else
+    const bool planar = model->sweep != KT_SWEEP_SPATIAL && group->planar;
+#endif
     *f = (kt_front){.model = model,
                     .data = data,
                     .group = group,
@@ -172,7 +166,7 @@ static inline void kt_front_find(const kt_model *model, kt_data *data, size_t g,
                     .fixed = data->front_fixed + group->v,
                     .active = data->front_active,
 #endif
-                    .components = kt_front_is_planar(model, data, g) ? KT_FRONT_SPACE / 2 : KT_FRONT_SPACE,
+                    .components = planar ? KT_FRONT_SPACE / 2 : KT_FRONT_SPACE,
                     .width = plan->width,
                     .stride = plan->stride};
     f->w = kt_group_matrices(model, data, g, rows);

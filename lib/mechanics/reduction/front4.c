@@ -58,7 +58,7 @@ KT_INLINE void apply_link_inertia(front4 *s, const kt_planar_inertia *x, const f
 /* Takes a link, whose coordinate is parameter n, and adds its energy and its force; without tau, the square of the
  * coordinate. */
 KT_INLINE void add_front4_link(front4 *s, const kt_front_step *step, int n, const double *tau, bool has_armature) {
-    const int32_t k = kt_planar_index_shift(s->f.model, step->link);
+    const int32_t k = step->link + s->f.model->to_planar;
     const kt_planar_link *link = &s->f.model->planar[k];
     const kt_planar_motion *m = &s->f.data->planar[k];
     const kt_v4 own = unit[n];
@@ -99,7 +99,7 @@ KT_INLINE int complete_loops(const front4 *s, const kt_front_step *step, kt_v4 *
     int count = 0;
     for (int i = step->loop; i < step->loop + step->loop_count; i++) {
         const kt_loop_record *loop = &s->f.model->loop[s->f.model->front_loop[i]];
-        const int32_t *slot = kt_rows_slots(s->f.model, s->f.group, loop);
+        const int32_t *slot = s->f.model->slot + loop->slot;
         for (int r = 0; r < loop->row_count; r++) {
             if (!kt_front_counts(&s->f, slot[r]))
                 continue;

@@ -74,7 +74,7 @@ KT_INLINE void find_right(const kt_front *f, KT_COLUMN *constant, int s, const K
     for (int i = step->loop; i < step->loop + step->loop_count; i++) {
         const int32_t index = f->model->front_loop[i];
         const kt_loop_record *loop = &f->model->loop[index];
-        const int32_t *slot = kt_rows_slots(f->model, f->group, loop);
+        const int32_t *slot = f->model->slot + loop->slot;
         for (int r = 0; r < loop->row_count; r++)
             for (int j = 0; j < count->rank && slot[r] >= 0; j++)
                 if (pivot[j] == slot[r])
@@ -96,7 +96,7 @@ KT_INLINE void pass_delayed(kt_front *f, KT_COLUMN *constant, int s) {
         for (int i = step->loop; i < step->loop + step->loop_count; i++) {
             const int32_t index = f->model->front_loop[i];
             const kt_loop_record *loop = &f->model->loop[index];
-            const int32_t *slot = kt_rows_slots(f->model, f->group, loop);
+            const int32_t *slot = f->model->slot + loop->slot;
             for (int r = 0; r < loop->row_count; r++)
                 if (slot[r] == count->delayed_row[d])
                     constants[d] = constant_of(f, constant, step, index, slot[r]);

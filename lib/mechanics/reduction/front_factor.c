@@ -68,7 +68,7 @@ KT_INLINE int complete_loops(const kt_front *f, const kt_front_step *step, int n
     for (int i = step->loop; i < step->loop + step->loop_count; i++) {
         const int32_t index = f->model->front_loop[i];
         const kt_loop_record *loop = &f->model->loop[index];
-        const int32_t *slot = kt_rows_slots(f->model, f->group, loop);
+        const int32_t *slot = f->model->slot + loop->slot;
         for (int r = 0; r < loop->row_count; r++) {
             double *d = rows + count * n;
             if (!kt_front_counts(f, slot[r]))
@@ -123,7 +123,7 @@ KT_INLINE int factor_rows(const kt_front *f, const kt_qr *d, int most, const dou
         const double weight = f->w.weight ? f->w.weight[d->pivot[c]] : 1.0;
         for (int i = 0; i < n; i++)
             d->factor[c * n + i] *= weight;
-        norm[c] = kt_squares(d->factor + c * n, 0, n);
+        norm[c] = kt_dense_dot(d->factor + c * n, d->factor + c * n, n);
         all += norm[c];
     }
     if (!isfinite(all))
@@ -163,7 +163,7 @@ KT_INLINE void pass_on(kt_front *f, kt_front_count *count, const kt_front_factor
         early += kt_front_vector_count(f, f->active[l]) * rank;
     for (int c = rank; c < count->rows && count->rows - rank <= f->plan->delayed_most; c++) {
         const double *row = x->rows + c * n, weight = f->w.weight ? f->w.weight[pivot[c]] : 1.0;
-        if (!(kt_squares(row, rank, n) > f->w.tolerance * f->w.tolerance * first))
+        if (!(kt_dense_dot(row + rank, row + rank, n - rank) > f->w.tolerance * f->w.tolerance * first))
             continue;
         const int32_t slot = kt_front_delayed(f, count->delayed);
         double *t = kt_front_vector(f, slot);
@@ -401,8 +401,8 @@ double KT_KERNEL(kt_front_measure)(const kt_model *model, kt_data *data, size_t 
         kt_front_factor x;
         kt_front_factor_find(&f, s, &x);
         for (int r = 0; r < count->rows; r++) {
-            const double scale = f.w.scale[f.w.pivot[count->first + r]];
-            sum += kt_squares(x.rows + r * count->params, 0, count->params) / (scale * scale);
+            const double scale = f.w.scale[f.w.pivot[count->first + r]], *row = x.rows + r * count->params;
+            sum += kt_dense_dot(row, row, count->params) / (scale * scale);
         }
     }
     return sum;

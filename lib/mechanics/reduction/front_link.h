@@ -12,7 +12,7 @@
 KT_INLINE kt_real3 kt_front_offset(const kt_front *f, int32_t i) {
     if (f->components == KT_FRONT_SPACE)
         return f->data->motion[i].offset;
-    const kt_real1 *r = f->data->planar[kt_planar_index_shift(f->model, i)].offset;
+    const kt_real1 *r = f->data->planar[i + f->model->to_planar].offset;
     return kt_make3(r[0], r[1], kt_real1_splat(0.0));
 }
 
@@ -22,7 +22,7 @@ KT_INLINE int kt_front_subspace(const kt_front *f, int32_t i, kt_real1 *s) {
     const kt_link *link = &f->model->link[i];
     const kt_real1 zero = kt_real1_splat(0.0);
     if (f->components == KT_FRONT_SPACE / 2) {
-        const int32_t k = kt_planar_index_shift(f->model, i);
+        const int32_t k = i + f->model->to_planar;
         const kt_planar_link *planar = &f->model->planar[k];
         const bool fixed = kt_front_is_fixed(f, link->local);
         kt_real1 u[2] = {zero, zero};
@@ -50,7 +50,7 @@ KT_INLINE int kt_front_subspace(const kt_front *f, int32_t i, kt_real1 *s) {
  * wrench. The bias wrench includes the accelerations due to velocities alone (kt_group_bias, kt_planar_group_bias). */
 KT_INLINE void kt_front_inertia(const kt_front *f, int32_t i, double *inertia, double *bias) {
     if (f->components == KT_FRONT_SPACE / 2) {
-        const kt_planar_inertia *x = &f->data->planar_inertia[kt_planar_index_shift(f->model, i)];
+        const kt_planar_inertia *x = &f->data->planar_inertia[i + f->model->to_planar];
         kt_planar_inertia_to_matrix(x, inertia);
         bias[0] = x->moment;
         bias[1] = x->force[0];

@@ -82,7 +82,7 @@ static void load_slots(const kt_front *f, const kt_front_step *step, const doubl
     for (int i = step->loop; i < step->loop + step->loop_count; i++) {
         const int32_t index = f->model->front_loop[i];
         const kt_loop_record *loop = &f->model->loop[index];
-        const int32_t *slot = kt_rows_slots(f->model, f->group, loop);
+        const int32_t *slot = f->model->slot + loop->slot;
         if (loop->term_count)
             *kt_front_constant(f, kt_front_relation_of(f, step, index)) =
                 kt_front_counts(f, slot[0]) ? lambda[slot[0]] : 0.0;

@@ -45,7 +45,7 @@ KT_INLINE kt_real3 add_flat(kt_real3 a, kt_real1 x, kt_real1 y) {
 /* Computes the motion of link i in the plane from the motion of the link before (kt_planar_end_follow). */
 static void move_planar(const kt_front *f, const kt_front_motion *from, int32_t i, bool moving, const kt_real1 *v,
                         kt_front_motion *to) {
-    const int32_t k = kt_planar_index_shift(f->model, i);
+    const int32_t k = i + f->model->to_planar;
     const kt_planar_link *link = &f->model->planar[k];
     const kt_planar_motion *m = &f->data->planar[k];
     const kt_real1 w = moving ? f->data->planar[link->parent].omega : kt_real1_splat(0.0);
@@ -86,7 +86,7 @@ static void move_spatial(const kt_front *f, const kt_front_motion *from, int32_t
 static void evaluate_planar(const kt_front *f, int32_t index, const kt_front_motion *parent, bool moving, kt_real1 t) {
     const kt_loop_record *loop = &f->model->loop[index];
     const kt_planar_loop *flat = &f->model->planar_loop[index];
-    const int32_t *slot = kt_rows_slots(f->model, f->group, loop);
+    const int32_t *slot = f->model->slot + loop->slot;
     kt_planar_end end[2];
     kt_planar_relative r;
     kt_planar_wrench rows[KT_PLANAR_ROW_MAX];
@@ -106,10 +106,6 @@ static void evaluate_planar(const kt_front *f, int32_t index, const kt_front_mot
     kt_planar_relate(f->data, flat, end, &r);
     const int count = kt_planar_rows_evaluate(f->model, f->data, &f->w, &(kt_loop_in_plane){loop, flat, slot, NULL},
                                               end, &r, t, rows);
-    kt_planar_rows_vanishing(&f->w, flat, slot);
-    for (int i = flat->count; i < flat->count + flat->vanishing_count; i++)
-        if (slot[flat->row[i].row] >= 0)
-            memset(kt_front_wrench(f, slot[flat->row[i].row], 0), 0, 2 * KT_FRONT_SPACE * sizeof(kt_real1));
     for (int i = 0; i < count; i++)
         for (int k = 0; k < 2; k++) {
             const double sign = k ? 1.0 : -1.0;
@@ -151,7 +147,7 @@ static void store_wrench(const kt_loop_row *row, kt_real3 arm, double sign, kt_r
 
 static void evaluate_spatial(const kt_front *f, int32_t index, const kt_front_motion *parent, bool moving, kt_real1 t) {
     const kt_loop_record *loop = &f->model->loop[index];
-    const int32_t *slot = kt_rows_slots(f->model, f->group, loop);
+    const int32_t *slot = f->model->slot + loop->slot;
     kt_loop_end end[2];
     kt_loop_row rows[KT_LOOP_ROW_MAX];
     kt_real3 arm[2];
@@ -170,7 +166,7 @@ static void evaluate_spatial(const kt_front *f, int32_t index, const kt_front_mo
 
 /* The scale replaces the sizes of the coefficients (kt_front_reach). */
 static void evaluate_relation(const kt_front *f, const kt_loop_record *loop, const kt_real1 *q, kt_real1 t) {
-    const int32_t slot = kt_rows_slots(f->model, f->group, loop)[0];
+    const int32_t slot = f->model->slot[loop->slot];
     kt_rows_relation_value(f->model, f->group, &f->w, loop, slot, q, t);
     if (slot < 0)
         return;
@@ -181,7 +177,7 @@ static void evaluate_relation(const kt_front *f, const kt_loop_record *loop, con
 void KT_KERNEL(kt_front_fill)(const kt_model *model, kt_data *data, size_t g, bool planar, bool moving,
                               const kt_real1 *q, const kt_real1 *v, kt_real1 t) {
     assert(kt_data_serve(model, data) && g < model->n.group);
-    assert(kt_group_has_fronts(&model->group[g]));
+    assert(model->group[g].has_fronts);
     kt_front f;
 #ifndef KT_LANES
     data->front_planar[g] = planar;
@@ -254,7 +250,7 @@ static kt_real1 row_at(const kt_front *f, const kt_loop_record *loop, int32_t ro
 
 void KT_KERNEL(kt_front_apply)(const kt_model *model, kt_data *data, size_t g, kt_rows rows, const kt_real1 *x,
                                kt_real1 *out, kt_real1 *size) {
-    assert(g < model->n.group && kt_group_has_fronts(&model->group[g]));
+    assert(g < model->n.group && model->group[g].has_fronts);
     assert(x != out);
     const kt_real1 zero = kt_real1_splat(0.0);
     kt_front f;
@@ -274,7 +270,7 @@ void KT_KERNEL(kt_front_apply)(const kt_model *model, kt_data *data, size_t g, k
         }
         for (int i = step->loop; i < step->loop + step->loop_count; i++) {
             const kt_loop_record *loop = &model->loop[model->front_loop[i]];
-            const int32_t *slot = kt_rows_slots(f.model, f.group, loop);
+            const int32_t *slot = f.model->slot + loop->slot;
             for (int r = 0; r < loop->row_count; r++) {
                 kt_real1 most = zero;
                 if (!kt_front_counts(&f, slot[r]))

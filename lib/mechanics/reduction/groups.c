@@ -15,7 +15,7 @@ int KT_KERNEL(kt_group_factor)(const kt_model *model, kt_data *data, size_t g, k
     assert(kt_data_serve(model, data) && g < model->n.group);
     const kt_group *group = &model->group[g];
     data->special_form[g] = KT_SPECIAL_FORM_NONE;
-    if (kt_group_has_fronts(group))
+    if (group->has_fronts)
         return KT_KERNEL(kt_front_factor)(model, data, g, rows, regular);
     const kt_reduction_kind *kind = model->reduction;
     const double small = KT_NEAR_SINGULAR * group->usual[rows];
@@ -92,7 +92,7 @@ bool KT_KERNEL(kt_groups_least_step)(const kt_model *model, kt_data *data, doubl
             (void)KT_KERNEL(kt_group_factor)(model, data, g, data->factored[g],
                                              data->special_form[g] == KT_SPECIAL_FORM_REGULAR);
         }
-        if (kt_group_has_fronts(group)) {
+        if (group->has_fronts) {
             const kt_front_aim aim = {.kind = KT_FRONT_COORDINATES};
             if (!KT_KERNEL(kt_front_reduce)(model, data, g, &aim, NULL))
                 return false;
@@ -113,10 +113,10 @@ void KT_KERNEL(kt_groups_multipliers_of)(const kt_model *model, kt_data *data, c
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group *group = &model->group[g];
         const kt_group_work w = kt_group_matrices(model, data, g, data->factored[g]);
-        double *need = kt_group_has_fronts(group) ? kt_front_forces(&w) : kt_group_forces(&w);
+        double *need = group->has_fronts ? kt_front_forces(&w) : kt_group_forces(&w);
         for (int i = 0; i < w.m; i++)
             need[i] = force[model->group_v[group->v + i]];
-        if (kt_group_has_fronts(group))
+        if (group->has_fronts)
             KT_KERNEL(kt_front_multipliers_of)(model, data, g, w.multiplier);
         else
             model->reduction->multipliers(&w, data->rank[g], need, w.multiplier);

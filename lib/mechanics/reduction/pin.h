@@ -79,7 +79,7 @@ KT_INLINE kt_pin_end kt_pin_follow(const kt_model *model, const kt_data *data, c
     const int from = g->bound[k], to = g->bound[k + 1];
     const kt_real2 none = kt_same2(0.0);
     kt_real2 at = kt_minus2(kt_from2(flat->origin)), rate = none, bias = none;
-    const int32_t first = kt_planar_index_shift(model, 0);
+    const int32_t first = model->to_planar;
     KT_PIN_UNROLL
     for (int i = from; i < to; i++) {
         const int32_t index = path[i - from] + first;
@@ -166,11 +166,6 @@ KT_INLINE void kt_pin_move(const kt_pin *p, int i, kt_pin_body *body) {
     }
 }
 
-/* M u of a link's articulated inertia. */
-KT_INLINE kt_real2 kt_pin_apply(const kt_planar_inertia *x, kt_real2 u) {
-    return kt_add_scaled2(kt_mul2(kt_make2(x->xx, x->yy), u), x->xy, kt_swap2(u));
-}
-
 /* Sums over the links: D, and the virtual power of the wrenches along n. If the parent moves, also the momentum p
  * (about its origin), Ic and W. */
 typedef struct kt_pin_sum {
@@ -182,8 +177,9 @@ typedef struct kt_pin_sum {
 KT_INLINE void kt_pin_add(const kt_pin *p, int i, const kt_pin_body *body, kt_real2 ground, bool rides,
                           const kt_planar_inertia *x, kt_pin_sum *sum) {
     const kt_real2 h = kt_load2(x->h), a = kt_add2(body->a, kt_add2(p->bias[i], ground));
+    const kt_real2 diagonal = kt_make2(x->xx, x->yy);
     const kt_real1 moment = x->j * body->w + kt_dot2(h, body->u);
-    const kt_real2 force = kt_add2(kt_scale2(body->w, h), kt_pin_apply(x, body->u));
+    const kt_real2 force = kt_add2(kt_scale2(body->w, h), kt_symmetric2_apply(diagonal, x->xy, body->u));
     sum->inertia += body->w * moment + kt_dot2(body->u, force);
     sum->carried += p->n[i] * p->n[i] * p->link[i]->size;
     if (!rides) {
@@ -191,7 +187,8 @@ KT_INLINE void kt_pin_add(const kt_pin *p, int i, const kt_pin_body *body, kt_re
         return;
     }
     kt_planar_inertia moved = *x;
-    const kt_real2 resists = kt_add2(kt_load2(x->force), kt_add2(kt_scale2(body->alpha, h), kt_pin_apply(x, a)));
+    const kt_real2 resists =
+        kt_add2(kt_load2(x->force), kt_add2(kt_scale2(body->alpha, h), kt_symmetric2_apply(diagonal, x->xy, a)));
     moved.moment += x->j * body->alpha + kt_dot2(h, a);
     kt_store2(moved.force, resists);
     sum->power += body->w * moved.moment + kt_dot2(body->u, resists);

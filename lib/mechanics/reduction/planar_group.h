@@ -18,8 +18,7 @@ enum { KT_PLANAR_WIDTH = 3 };
  * ground's acceleration, minus gravity. */
 static inline void kt_planar_group_bias(const kt_model *model, kt_data *data, const kt_group *group, int32_t top,
                                         kt_real1 ax, kt_real1 ay) {
-    const int32_t *index = model->group_link + group->link, count = group->link_count,
-                  first = kt_planar_index_shift(model, 0);
+    const int32_t *index = model->group_link + group->link, count = group->link_count, first = model->to_planar;
     for (int l = 0; l < count; l++) {
         const int32_t k = index[l] + first;
         const int32_t up = model->planar[k].parent;
@@ -98,7 +97,7 @@ static inline void kt_planar_group_assemble(const kt_model *model, kt_data *data
     *total = (kt_planar_inertia){.j = kt_real1_splat(0.0)};
     for (int i = 0; i < w->m * w->m; i++)
         w->mass[i] = kt_real1_splat(0.0);
-    const int32_t *index = model->group_link + group->link, first = kt_planar_index_shift(model, 0);
+    const int32_t *index = model->group_link + group->link, first = model->to_planar;
     for (int l = group->link_count - 1; l >= 0; l--) {
         const int32_t k = index[l] + first;
         const kt_planar_link *link = &model->planar[k];

@@ -157,7 +157,8 @@ static void store_inverse(const closure *c, const kt_planar_link *link, const kt
         return;
     }
     kt_planar_along(link, m, u);
-    d.inverse[link->local] = 1.0 / (kt_dot2(kt_load2(u), kt_planar_apply(x, kt_load2(u))) + link->armature);
+    d.inverse[link->local] =
+        1.0 / (kt_dot2(kt_load2(u), kt_symmetric2_apply(x->diagonal, x->xy, kt_load2(u))) + link->armature);
 }
 
 /* Solves the groups in the form of Delassus of a plane, between the passes; returns one that cannot be solved, or
@@ -165,7 +166,7 @@ static void store_inverse(const closure *c, const kt_planar_link *link, const kt
 static size_t solve_planar_delassus(const closure *c, const kt_plane *plane) {
     const kt_model *model = c->model;
     for (size_t g = 0; g < model->n.group; g++) {
-        const int32_t k = kt_planar_index_shift(model, model->group_link[model->group[g].link]);
+        const int32_t k = model->group_link[model->group[g].link] + model->to_planar;
         if (is_delassus(c, (int32_t)g) && k >= plane->first && k < plane->last &&
             kt_is_rejected(c->data, KT_KERNEL(kt_delassus_solve)(model, c->data, g, c->gravity)))
             return g;
@@ -187,7 +188,7 @@ static kt_condition eliminate_group(const closure *c, const kt_planar_link *link
 #ifndef KT_LANES
     if (data->special_form[g])
         return KT_KERNEL(kt_front4_solve)(model, data, g, tau, c->a);
-    if (kt_group_has_fronts(group))
+    if (group->has_fronts)
         return eliminate_planar_front(model, data, link->group, top, tau, c->a);
 #endif
     return group->has_armature ? eliminate_dense_armature(model, data, group, &w, top, tau, c->a)
@@ -202,7 +203,7 @@ static void respond_group(const kt_model *model, kt_data *data, int32_t g, int32
         return;
     }
 #ifndef KT_LANES
-    if (kt_group_has_fronts(group)) {
+    if (group->has_fronts) {
         const kt_planar_motion *p = &data->planar[top];
         const double base[3] = {p->alpha, p->linear[0], p->linear[1]};
         KT_KERNEL(kt_front_respond)(model, data, (size_t)g, base, a);

@@ -61,7 +61,7 @@ KT_INLINE int factor_any(const kt_group_work *w, int cap, kt_condition *full) {
         if (w->unit)
             kt_group_scale_equation(w, c, x);
 #endif
-        norm[c] = kt_squares(x, 0, m);
+        norm[c] = kt_dense_dot(x, x, m);
     }
     for (int j = 0; j < cap; j++) {
         const kt_index1 best = kt_longest_column(norm, j, w->k, &all);

@@ -110,7 +110,7 @@ static __attribute__((noinline)) kt_condition eliminate_dense_armature(const kt_
 static __attribute__((noinline)) kt_condition eliminate_whole(const kt_model *model, kt_data *data, int32_t g,
                                                               const kt_real1 *tau) {
 #ifndef KT_LANES
-    if (kt_group_has_fronts(&model->group[g]))
+    if (model->group[g].has_fronts)
         return eliminate_front(model, data, g, tau);
 #endif
     if (model->group[g].has_armature)
@@ -275,7 +275,7 @@ KT_INLINE void respond_to(const kt_model *model, kt_data *data, size_t i, bool d
         return;
     }
     const kt_group *group = &model->group[link->group];
-    if (model->group_link[group->link] == (int32_t)i && kt_group_has_fronts(group)) {
+    if (model->group_link[group->link] == (int32_t)i && group->has_fronts) {
         respond_front(model, data, link->group, a);
     } else if (model->group_link[group->link] == (int32_t)i) {
         const kt_group_work w = kt_group_matrices(model, data, (size_t)link->group, KT_ROWS_ALL);

@@ -27,8 +27,11 @@ static uint64_t shape_of(const kt_counts *n) {
 
 size_t kt_model_layout(void *memory, const kt_counts *n) {
     const size_t bytes = lay_out_model(memory, n);
-    if (memory)
-        ((kt_model *)memory)->bytes = bytes;
+    kt_model *model = memory;
+    if (model) {
+        model->bytes = bytes;
+        model->to_planar = 1 - (int32_t)n->spatial;
+    }
     return bytes;
 }
 

@@ -184,6 +184,7 @@ struct kt_model {
     double tolerance;    /* tolerance of the description: by which loops may contradict each other (compile/rank.c) */
     double disagreement; /* largest contradiction of loops, with the increase that motion may cause; 0: none */
     double rounding;     /* relative gaps that given lengths leave by their rounding (assembly/rounding.h) */
+    int32_t to_planar;   /* planar index of a link minus its index (planar.h) */
     bool exceeds_caches; /* the model has more than KT_LINKS_NEAR links */
     bool ordered;        /* velocity coordinates have the order of the links */
     bool driven;         /* some loop depends on time, or drives at a constant speed */

@@ -1,11 +1,11 @@
 /* Trees that move in a plane, and the data of the planar kernels.
  *
- * A tree is a joint on the ground with all links that it carries. A tree is planar if all its joints are revolute
- * about one direction n, or prismatic along a normal to n. Masses and forces may have any direction and position:
- * their components out of the plane appear in reactions only. Trees with the same n share a *plane*: a right-handed
- * basis (e1, e2, n) in the world. Planar links come last, plane by plane: the links [n.spatial, n.link). Link i has
- * the *planar index* i - n.spatial + 1. Planar index 0 is the ground, with the gravity of the plane that is being
- * swept.
+ * A tree is a joint on the ground with all links that it carries. A tree is planar if all its joints are revolute about
+ * one direction n, or prismatic along a normal to n. Masses and forces may have any direction and position: their
+ * components out of the plane appear in reactions only. Trees with the same n share a *plane*: a right-handed basis
+ * (e1, e2, n) in the world. Planar links come last, plane by plane: the links [n.spatial, n.link). Link i has the
+ * *planar index* i - n.spatial + 1, which is i + to_planar. Planar index 0 is the ground, with the gravity of the plane
+ * that is being swept.
  *
  * The angle phi of a planar link is relative to q = 0, so that no rotation at rest has to be stored. A link's offset,
  * prismatic direction and first moment at q = 0 are constant two-vectors in (e1, e2), which phi rotates. The angle is

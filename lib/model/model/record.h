@@ -129,6 +129,7 @@ typedef struct kt_loop_record {
     double around;            /* length of a loop between frames, once around, at the initial positions */
     double disagreement[2];   /* with others: the largest residual that stays, a length and an angle */
     int32_t equation;         /* the loop's first row among those of all loops */
+    int32_t slot;             /* in model->slot: the index of its first equation; those of the others follow */
     int32_t row, row_count;   /* rows in its group: first, number */
     kt_curve curve;           /* distance: length; motion: position; coupling: offset; rates: rate; curve: arc length */
     double pitch, radius;
@@ -234,6 +235,8 @@ typedef struct kt_group {
     kt_group_form form;              /* how it is eliminated (compile/form.c) */
     kt_group_form damped_form;       /* form for damped steps: DENSE, FRONT or DELASSUS */
     kt_form_reason reason;           /* why it has this form */
+    bool planar;                     /* its links are planar; otherwise all are spatial */
+    bool has_fronts;                 /* the form is one of those by fronts, so that its matrices are those of fronts */
     bool has_armature;               /* a joint of it has */
     bool balanced;                   /* the group's equations are solved in the units of their rows and coordinates */
     kt_redundancy redundancy;        /* whether its reactions are unique (constraint/self_stress.h) */
@@ -369,6 +372,7 @@ typedef struct kt_variable_record {
 
 /* Effects of one type that have the same number of ends; effects on joints come first. */
 typedef struct kt_effect_batch {
+    const struct kt_effect_kind *kind; /* of the type (effect/effect.h) */
     int32_t type, ends;
     int32_t first, count;
 } kt_effect_batch;

@@ -37,7 +37,7 @@ static bool loop_fits(const kt_model *model, int32_t index, bool in_plane) {
 /* Whether lanes compute a group. A group in space passes an inertia to its moving parent that is symmetric only to
  * rounding. In lanes, dynamics/aba_armature.c does not have such inertias. */
 static bool group_fits_lanes(const kt_model *model, const kt_group *group) {
-    const bool in_plane = model->sweep != KT_SWEEP_SPATIAL && kt_group_is_planar(model, group);
+    const bool in_plane = model->sweep != KT_SWEEP_SPATIAL && group->planar;
     if (group->form == KT_FORM_DENSE ? group->v_count >= KT_LARGE || group->ranges || group->balanced
                                      : group->form != KT_FORM_PIN && group->form != KT_FORM_DELASSUS)
         return false;

@@ -270,7 +270,7 @@ static kt_status strike_open(kt_simulation *simulation, double t, kt_error *erro
 static void find_flight(kt_simulation *simulation, double t, const double *y) {
     double *a = simulation->contacts->flight;
     kt_error made = {0};
-    if (kt_simulation_accelerate(simulation, t, y, simulation->tau, simulation->external, a, &made) != 0)
+    if (kt_simulation_accelerate(simulation, t, y, simulation->tau, simulation->external, a, &made) != KT_OK)
         kt_clear(a, simulation->size.nv * sizeof *a);
 }
 
@@ -319,7 +319,7 @@ static bool is_wedged(kt_simulation *simulation) {
     kt_error made = {0};
     return simulation->model->n.slip > 0 &&
            kt_simulation_accelerate(simulation, t, kt_integrator_state(simulation->integrator), simulation->tau,
-                                    simulation->external, simulation->a, &made) != 0 &&
+                                    simulation->external, simulation->a, &made) != KT_OK &&
            made.code == KT_ERROR_SINGULAR;
 }
 

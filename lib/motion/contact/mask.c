@@ -159,9 +159,10 @@ static void set_group(kt_mask *mask, const kt_group *from, int32_t row, kt_group
         kt_loop_record *loop = &mask->loop[index];
         if (kt_loop_is_off(loop))
             continue;
-        const int32_t *slot = kt_rows_slots(mask->all, from, loop);
+        const int32_t *slot = mask->all->slot + loop->slot;
         for (int r = 0; r < loop->row_count; r++)
             mask->slot[row + group->row_count + r] = slot[r];
+        loop->slot = row + group->row_count;
         loop->row = group->row_count;
         group->row_count += loop->row_count;
         mask->group_loop[group->loop + group->loop_count++] = index;

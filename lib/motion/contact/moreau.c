@@ -129,11 +129,11 @@ static kt_status move_half(kt_simulation *simulation, double t, double h, const 
 /* One evaluation in the middle: accelerations to simulation->a, and rates of auxiliary states. */
 static kt_status evaluate_middle(kt_simulation *simulation, double t, kt_power *power, kt_error *error) {
     kt_moreau *m = simulation->moreau;
-    const int code = power != NULL ? kt_simulation_power(simulation, t, m->y, power, error)
-                                   : kt_simulation_accelerate(simulation, t, m->y, simulation->tau,
-                                                              simulation->external, simulation->a, error);
-    if (code != 0)
-        return error->code != KT_OK ? error->code : KT_ERROR_CALLBACK;
+    const kt_status status = power != NULL ? kt_simulation_power(simulation, t, m->y, power, error)
+                                           : kt_simulation_accelerate(simulation, t, m->y, simulation->tau,
+                                                                      simulation->external, simulation->a, error);
+    if (status != KT_OK)
+        return error->code != KT_OK ? error->code : status;
     return simulation->size.x > 0 ? kt_auxiliary_state_rates_trusted(simulation->model, simulation->data, t, m->y,
                                                                      m->y + simulation->size.nq, m->rate, error)
                                   : KT_OK;

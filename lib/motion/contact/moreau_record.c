@@ -34,7 +34,7 @@ static void find_contact_multipliers(const kt_simulation *simulation) {
 
 static bool has_fronts(const kt_model *model) {
     for (size_t g = 0; g < model->n.group; g++)
-        if (kt_group_has_fronts(&model->group[g]))
+        if (model->group[g].has_fronts)
             return true;
     return false;
 }

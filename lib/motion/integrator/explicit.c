@@ -4,8 +4,7 @@
  *     y1  = y0 + h sum_i b_i k_i
  *     err = h sum_i e_i k_i
  *
- * All sums run over the terms of a row in the order of the table, component by component, and depend on nothing else.
- * Therefore a value has the same bits for every n, for every tile, and for every width of the machine's vectors.
+ * The step itself is in stages.c.
  *
  * Linear stability. For y' = lambda y the stages are Y = y0 1 + z A Y. Since A is strictly lower triangular,
  *
@@ -59,17 +58,6 @@ void kt_explicit_init(kt_integrator *it) {
         compile_row(it, s + KT_ROW_DENSE + r, m->dense_a + row_start, it->fresh + 1 + r);
         row_start += it->fresh + 1 + r;
     }
-}
-
-/* ---- a step ------------------------------------------------------------------------------------------------------ */
-
-kt_try_result kt_explicit_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
-    const size_t s = (size_t)it->table->stages;
-    if (kt_evaluate_stages(it, in, 1, s, result) != KT_TRY_PASSED)
-        return result->result;
-    if (!it->table->fsal) /* with fsal the last stage was at y1 */
-        kt_combine(it->trial, in->y, in->h, it->terms + it->row[s], it->row[s + 1] - it->row[s], it->k, it->sizes.n);
-    return KT_TRY_PASSED;
 }
 
 /* ---- the error --------------------------------------------------------------------------------------------------- */

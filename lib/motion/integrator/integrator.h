@@ -259,7 +259,7 @@ typedef struct kt_interval {
 /* Returns the index of the first value that is not finite; n if all are finite. */
 size_t kt_first_not_finite(const double *values, size_t n);
 
-/* k[slot] = f(t, y); the evaluation is counted and its result checked. */
+/* k[slot] = f(t, y); the evaluation is counted and its result checked (stages.c). */
 kt_try_result kt_evaluate(kt_integrator *it, double t, const double *y, size_t slot, kt_try *result);
 
 /* to += factor x, of n numbers; a factor of 0 reads none. */
@@ -418,7 +418,7 @@ extern const kt_method_family kt_family_switching;
 void kt_explicit_measure(const kt_method *method, kt_integrator_sizes *sizes);
 void kt_explicit_init(kt_integrator *it);
 
-/* All stages of the table, and y1 in `trial` (explicit.c). */
+/* All stages of the table, and y1 in `trial` (stages.c). */
 kt_try_result kt_explicit_step(kt_integrator *it, const kt_interval *interval, kt_try *result);
 
 /* Evaluates the stages first .. last - 1 of the table on an interval, into their slots (stages.c). */

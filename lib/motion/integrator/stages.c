@@ -1,8 +1,10 @@
-/* The stages of methods with an explicit table,
- *     k_i = f(t + c_i h, y0 + h sum_{j<i} a_ij k_j),
- * and sums of slopes. All sums run over the terms of a row in the order of the table, component by component, and
- * depend on nothing else. Therefore a value has the same bits for every n and for every tile. */
+/* Slopes: their evaluation, their sums, and the step of a method with an explicit table,
+ *     k_i = f(t + c_i h, y0 + h sum_{j<i} a_ij k_j)
+ *     y1  = y0 + h sum_i b_i k_i
+ * All sums run over the terms of a row in the order of the table, component by component, and depend on nothing else.
+ * Therefore a value has the same bits for every n and for every tile. */
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "algebra/finite.h"
 #include "integrator/integrator.h"
 
 #include <assert.h>
@@ -82,6 +84,26 @@ void kt_combine_rows(double *out, const double *y, double h, const double *weigh
     kt_combine(out, y, h, terms, kt_stage_terms(weights, count, terms), rows, n);
 }
 
+/* ---- one slope --------------------------------------------------------------------------------------------------- */
+
+kt_try_result kt_evaluate(kt_integrator *it, double t, const double *y, size_t slot, kt_try *result) {
+    assert(slot < it->sizes.slots && y != it->k[slot]);
+    assert(isfinite(t));
+    if (it->evaluations_end > 0 && it->memory.counts.evaluations >= it->evaluations_end) {
+        it->exhausted = true;
+        result->code = 0;
+        return kt_try_fail(result, KT_TRY_STOPPED, "the last evaluation", t);
+    }
+    it->memory.counts.evaluations++;
+    const int code = it->callbacks.rhs(t, y, it->k[slot], it->callbacks.user);
+    if (code == 0 && kt_all_finite(it->k[slot], it->sizes.n))
+        return result->result = KT_TRY_PASSED;
+    result->code = code;
+    result->component = code == 0 ? kt_first_not_finite(it->k[slot], it->sizes.n) : 0;
+    return code == 0 ? kt_try_fail(result, KT_TRY_NOT_FINITE, "the right-hand side", t)
+                     : kt_try_called(result, code, "the right-hand side", t);
+}
+
 /* ---- stages ------------------------------------------------------------------------------------------------------ */
 
 kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *in, size_t first, size_t last, kt_try *result) {
@@ -99,5 +121,14 @@ kt_try_result kt_evaluate_stages(kt_integrator *it, const kt_interval *in, size_
         if (kt_evaluate(it, t, y, i, result) != KT_TRY_PASSED)
             return result->result;
     }
+    return KT_TRY_PASSED;
+}
+
+kt_try_result kt_explicit_step(kt_integrator *it, const kt_interval *in, kt_try *result) {
+    const size_t s = (size_t)it->table->stages;
+    if (kt_evaluate_stages(it, in, 1, s, result) != KT_TRY_PASSED)
+        return result->result;
+    if (!it->table->fsal) /* with fsal the last stage was at y1 */
+        kt_combine(it->trial, in->y, in->h, it->terms + it->row[s], it->row[s + 1] - it->row[s], it->k, it->sizes.n);
     return KT_TRY_PASSED;
 }

@@ -1,4 +1,4 @@
-/* The functions that every family needs for a tried step: they evaluate and check slopes, form norms and report errors.
+/* The functions that every family needs for a tried step: they form norms and report errors.
  *
  * Sums over components have the same bits for every n and every width of the machine's vectors.
  */
@@ -15,24 +15,6 @@ size_t kt_first_not_finite(const double *values, size_t n) {
     while (i < n && isfinite(values[i]))
         i++;
     return i;
-}
-
-kt_try_result kt_evaluate(kt_integrator *it, double t, const double *y, size_t slot, kt_try *result) {
-    assert(slot < it->sizes.slots && y != it->k[slot]);
-    assert(isfinite(t));
-    if (it->evaluations_end > 0 && it->memory.counts.evaluations >= it->evaluations_end) {
-        it->exhausted = true;
-        result->code = 0;
-        return kt_try_fail(result, KT_TRY_STOPPED, "the last evaluation", t);
-    }
-    it->memory.counts.evaluations++;
-    const int code = it->callbacks.rhs(t, y, it->k[slot], it->callbacks.user);
-    if (code == 0 && kt_all_finite(it->k[slot], it->sizes.n))
-        return result->result = KT_TRY_PASSED;
-    result->code = code;
-    result->component = code == 0 ? kt_first_not_finite(it->k[slot], it->sizes.n) : 0;
-    return code == 0 ? kt_try_fail(result, KT_TRY_NOT_FINITE, "the right-hand side", t)
-                     : kt_try_called(result, code, "the right-hand side", t);
 }
 
 double kt_error_scale(const kt_integrator *it, size_t i, double y0, double y1) {

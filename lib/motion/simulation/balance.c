@@ -75,7 +75,7 @@ static bool find_power(kt_simulation *simulation, double t, kt_power *power) {
     kt_error error;
     simulation->memory.balance_evaluations++;
     return kt_simulation_between(simulation, t, &error) == KT_OK &&
-           kt_simulation_power(simulation, t, simulation->y, power, &error) == 0;
+           kt_simulation_power(simulation, t, simulation->y, power, &error) == KT_OK;
 }
 
 static bool find_powers(kt_simulation *simulation, const kt_work_panel *panel, kt_power power[NODES]) {

@@ -70,7 +70,7 @@ static size_t plan_equations_of(const kt_model *model, bool planar, size_t *larg
         if (((size_t)model->group_link[group->link] >= model->n.spatial) != planar)
             continue;
         count += (size_t)group->count[KT_ROWS_ALL];
-        *large += group->v_count >= KT_LARGE && !kt_group_has_fronts(group);
+        *large += group->v_count >= KT_LARGE && !group->has_fronts;
     }
     return count;
 }
@@ -79,7 +79,7 @@ static size_t plan_equations_of(const kt_model *model, bool planar, size_t *larg
 static size_t front_loops(const kt_model *model) {
     size_t count = 0;
     for (size_t g = 0; g < model->n.group; g++)
-        count += kt_group_has_fronts(&model->group[g]) ? (size_t)model->group[g].loop_count : 0;
+        count += model->group[g].has_fronts ? (size_t)model->group[g].loop_count : 0;
     return count;
 }
 

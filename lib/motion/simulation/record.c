@@ -180,7 +180,7 @@ static kt_status evaluate_record(kt_simulation *simulation, kt_record *record, k
         status = check_without_reactions(simulation, record, error);
     if (status == KT_OK && (accelerates || effects_need_reactions(simulation)) &&
         kt_simulation_accelerate(simulation, time_of_forces(simulation, record->t), simulation->y, simulation->tau,
-                                 simulation->external, simulation->a, error) != 0)
+                                 simulation->external, simulation->a, error) != KT_OK)
         status = error->code;
     if (status == KT_OK)
         status = report_record(simulation, accelerates, record, error);
@@ -341,7 +341,7 @@ kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_er
     simulation->cause.code = KT_OK;
     if (kt_simulation_is_stepped(simulation))
         return respond_to_inputs(simulation, tau, external, a, error);
-    if (kt_simulation_accelerate(simulation, t, y, tau, external, simulation->a, &simulation->cause) != 0)
+    if (kt_simulation_accelerate(simulation, t, y, tau, external, simulation->a, &simulation->cause) != KT_OK)
         return kt_simulation_fail(simulation, &simulation->cause, error);
     kt_copy(a, simulation->a, simulation->size.nv * sizeof(double));
     for (int k = 0; k < (int)simulation->size.nv && simulation->size.balanced > 0; k++)
@@ -446,7 +446,7 @@ static kt_status find_acceleration_aside(kt_simulation *simulation, kt_error *fr
     simulation->tau = simulation->memory.next.torque ? simulation->torque_next : NULL;
     simulation->external = simulation->memory.next.wrenches ? simulation->wrench_next : NULL;
     return kt_simulation_accelerate(simulation, t, simulation->y, simulation->tau, simulation->external, simulation->a,
-                                    from) == 0
+                                    from) == KT_OK
                ? KT_OK
                : from->code;
 }

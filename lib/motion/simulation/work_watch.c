@@ -40,7 +40,7 @@ static double work_until(const kt_power_points *p, double s) {
 static void evaluate_work_watch(kt_simulation *simulation, double at) {
     kt_power power;
     kt_error ignored; /* the next step reports it */
-    if (kt_simulation_power(simulation, at, simulation->integrator->y, &power, &ignored) == 0)
+    if (kt_simulation_power(simulation, at, simulation->integrator->y, &power, &ignored) == KT_OK)
         kt_simulation_add_power_point(simulation, power);
 }
 

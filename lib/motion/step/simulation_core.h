@@ -35,14 +35,13 @@ kt_integrator_callbacks kt_simulation_callbacks(kt_simulation *simulation);
 /* The noise that rounding causes in accelerations next to singular positions. */
 extern const struct kt_noise kt_simulation_noise;
 
-/* Computes the accelerations a (nv) at (t, y) with the engine's equations or the caller's. Returns the values of a
- * callback. */
-KT_CHECKED int kt_simulation_accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
-                                        const kt_wrench *external, double *a, kt_error *error);
+/* Computes the accelerations a (nv) at (t, y) with the engine's equations or the caller's. */
+KT_CHECKED kt_status kt_simulation_accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
+                                              const kt_wrench *external, double *a, kt_error *error);
 
-/* The powers in a state y, under the inputs of the last step. Returns the values of a callback. */
-KT_CHECKED int kt_simulation_power(kt_simulation *simulation, double t, const double *y, kt_power *power,
-                                   kt_error *error);
+/* The powers in a state y, under the inputs of the last step. */
+KT_CHECKED kt_status kt_simulation_power(kt_simulation *simulation, double t, const double *y, kt_power *power,
+                                         kt_error *error);
 
 /* Scales quaternions in y = (q, v) to unit norm and closes the loops. *changed: whether a bit of y was. */
 KT_CHECKED kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed,

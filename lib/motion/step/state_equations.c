@@ -52,55 +52,52 @@ static kt_instant evaluated_instant_of(const kt_simulation *simulation, const kt
                         .external = at->external};
 }
 
-/* Returns the result of the caller's callback, with its message or, if the callback wrote none, a standard message. */
-static int report_callback(int result, const char *what, kt_error *made, kt_error *error) {
+/* The error of the caller's callback that returned `result`, with its message or, if it wrote none, a standard message.
+ * The status tells whether a smaller step may avoid the error, which results above 0 mean. */
+static kt_status reject_callback(int result, const char *what, kt_error *made, kt_error *error) {
     if (made->code == KT_OK)
         (void)kt_error_set(made, KT_ERROR_CALLBACK, NULL, "the caller's %s returned %d", what, result);
     if (error != NULL)
         *error = *made;
-    return result;
+    return result > 0 ? KT_ERROR_CONSTRAINT : KT_ERROR_CALLBACK;
 }
 
-/* Writes v' to `a`, and points *rate at the velocities that give q': the velocities of the state, or the caller's. The
- * state is a part of y. power: NULL without a balance. */
-static int accelerate_state(kt_simulation *simulation, const kt_dynamic_state *given, const double **rate, double *a,
-                            kt_power *power, kt_error *error) {
-    const kt_model *model = simulation->model;
-    kt_dynamic_state at = *given;
-    *rate = at.v;
-    if (simulation->options.acceleration == NULL || power != NULL) {
-        const kt_status status = power != NULL ? kt_power_evaluate(model, simulation->data, at.t, at.q, at.v, at.tau,
-                                                                   at.external, a, power, error)
-                                               : kt_acceleration_trusted(model, simulation->data, &at, a, error);
-        if (status != KT_OK)
-            return kt_simulation_is_recoverable(status) ? 1 : -1;
-    }
-    if (simulation->options.acceleration == NULL)
-        return 0;
-    const kt_instant instant = evaluated_instant_of(simulation, &at);
+/* Replaces the velocities and accelerations of the library, in `a`, by those of the caller's right-hand side. *rate
+ * points to the velocities. */
+static kt_status accelerate_by_caller(kt_simulation *simulation, const kt_dynamic_state *at, const double **rate,
+                                      double *a, kt_error *error) {
+    const kt_instant instant = evaluated_instant_of(simulation, at);
     kt_error made = {0};
-    memcpy(simulation->rate, at.v, simulation->size.nv * sizeof(double));
+    memcpy(simulation->rate, at->v, simulation->size.nv * sizeof(double));
     *rate = simulation->rate;
     const int result = simulation->options.acceleration(&instant, simulation->rate, a, &made, simulation->options.user);
-    return result == 0 ? 0 : report_callback(result, "right-hand side", &made, error);
+    return result == 0 ? KT_OK : reject_callback(result, "right-hand side", &made, error);
 }
 
-int kt_simulation_accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
-                             const kt_wrench *external, double *a, kt_error *error) {
+/* ---- accelerations and powers between steps ---------------------------------------------------------------------- */
+
+kt_status kt_simulation_accelerate(kt_simulation *simulation, double t, const double *y, const double *tau,
+                                   const kt_wrench *external, double *a, kt_error *error) {
     assert(isfinite(t) && (simulation->size.nv == 0 || a != y));
+    const kt_dynamic_state at = {t, y, y + simulation->size.nq, tau, external};
     const double *rate;
     simulation->cached = KT_CACHED_NOTHING;
     kt_simulation_use_states(simulation, y);
-    return accelerate_state(simulation, &(kt_dynamic_state){t, y, y + simulation->size.nq, tau, external}, &rate, a,
-                            NULL, error);
+    return simulation->options.acceleration != NULL
+               ? accelerate_by_caller(simulation, &at, &rate, a, error)
+               : kt_acceleration_trusted(simulation->model, simulation->data, &at, a, error);
 }
 
-int kt_simulation_power(kt_simulation *simulation, double t, const double *y, kt_power *power, kt_error *error) {
+kt_status kt_simulation_power(kt_simulation *simulation, double t, const double *y, kt_power *power, kt_error *error) {
     const kt_dynamic_state at = {t, y, y + simulation->size.nq, simulation->tau, simulation->external};
     const double *rate;
     simulation->cached = KT_CACHED_NOTHING;
     kt_simulation_use_states(simulation, y);
-    return accelerate_state(simulation, &at, &rate, simulation->a, power, error);
+    const kt_status status = kt_power_evaluate(simulation->model, simulation->data, t, at.q, at.v, at.tau, at.external,
+                                               simulation->a, power, error);
+    return status == KT_OK && simulation->options.acceleration != NULL
+               ? accelerate_by_caller(simulation, &at, &rate, simulation->a, error)
+               : status;
 }
 
 /* ---- callbacks of the integrator --------------------------------------------------------------------------------- */
@@ -142,9 +139,9 @@ static kt_status use_states(kt_simulation *simulation, const double *y, kt_dynam
 
 /* Classifies an error at t for the integrator: a smaller step may avoid the error, unless it occurs at the present
  * state. */
-static int fail_slope(kt_simulation *simulation, double t, bool is_recoverable) {
+static int fail_slope(kt_simulation *simulation, double t, kt_status status) {
     simulation->ahead = t != kt_integrator_time(simulation->integrator);
-    return is_recoverable && simulation->ahead ? 1 : -1;
+    return kt_simulation_is_recoverable(status) && simulation->ahead ? 1 : -1;
 }
 
 /* Computes the slope at (t, y). Near a breakpoint, forces and drives are evaluated at a time that differs from t by
@@ -152,28 +149,35 @@ static int fail_slope(kt_simulation *simulation, double t, bool is_recoverable) 
 static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
     kt_simulation *simulation = user;
     const kt_simulation_sizes *size = &simulation->size;
-    const bool works = size->integrates_works;
+    const kt_model *model = simulation->model;
+    kt_data *data = simulation->data;
+    const bool by_caller = simulation->options.acceleration != NULL, works = size->integrates_works;
     const bool at_end = simulation->works.watches && is_end_of_step(simulation, y, dydt);
     kt_dynamic_state at = {t, y, y + size->nq, simulation->tau, simulation->external};
     kt_power power = {0.0, 0.0};
-    const double *rate;
     if (simulation->breakpoints.any)
         at.t = kt_simulation_time_inside(simulation, t);
     kt_status status = size->x + size->balanced > 0 ? use_states(simulation, y, &at) : KT_OK;
     if (status != KT_OK)
-        return fail_slope(simulation, t, kt_simulation_is_recoverable(status));
-    const int result =
-        accelerate_state(simulation, &at, &rate, dydt + size->nq, works || at_end ? &power : NULL, &simulation->cause);
-    if (simulation->options.acceleration == NULL || works)
+        return fail_slope(simulation, t, status);
+    const double *rate = at.v;
+    double *a = dydt + size->nq;
+    if (works || at_end)
+        status = kt_power_evaluate(model, data, at.t, at.q, at.v, at.tau, at.external, a, &power, &simulation->cause);
+    else if (!by_caller)
+        status = kt_acceleration_trusted(model, data, &at, a, &simulation->cause);
+    if (status == KT_OK && by_caller)
+        status = accelerate_by_caller(simulation, &at, &rate, a, &simulation->cause);
+    if (!by_caller || works)
         simulation->memory.factorizations += (uint64_t)simulation->groups;
     /* Powers and the caller's right-hand side may leave anything in data. */
-    const bool left = !works && !(at_end && (simulation->model->driven || simulation->external != NULL));
-    simulation->cached = left && simulation->options.acceleration == NULL ? KT_CACHED_EVALUATION : KT_CACHED_NOTHING;
+    const bool left = !works && !(at_end && (model->driven || simulation->external != NULL)) && !by_caller;
+    simulation->cached = left ? KT_CACHED_EVALUATION : KT_CACHED_NOTHING;
     simulation->slope = dydt;
-    if (result != 0)
-        return fail_slope(simulation, t, result > 0);
+    if (status != KT_OK)
+        return fail_slope(simulation, t, status);
     if (size->quaternion > 0)
-        kt_position_rate(simulation->model, at.q, rate, dydt);
+        kt_position_rate(model, at.q, rate, dydt);
     else if (size->nq > 0)
         memcpy(dydt, rate, size->nq * sizeof *dydt);
     else
@@ -185,9 +189,8 @@ static int evaluate_slope(double t, const double *y, double *dydt, void *user) {
         dydt[size->work + 1] = power.supplied;
     }
     if (size->x > 0)
-        status = kt_auxiliary_state_rates_trusted(simulation->model, simulation->data, at.t, at.q, at.v,
-                                                  dydt + size->nq + size->nv, &simulation->cause);
-    return status == KT_OK ? 0 : fail_slope(simulation, t, kt_simulation_is_recoverable(status));
+        status = kt_auxiliary_state_rates_trusted(model, data, at.t, at.q, at.v, a + size->nv, &simulation->cause);
+    return status == KT_OK ? 0 : fail_slope(simulation, t, status);
 }
 
 /* Scaling brings |p|^2 no nearer to 1 than four roundings. */
@@ -204,9 +207,7 @@ static kt_status project_by_caller(kt_simulation *simulation, double t, double *
     kt_error made = {0};
     const int result =
         simulation->options.projection(&at, y, y + simulation->size.nq, changed, &made, simulation->options.user);
-    if (result == 0)
-        return KT_OK;
-    return report_callback(result, "projection", &made, error) > 0 ? KT_ERROR_CONSTRAINT : KT_ERROR_CALLBACK;
+    return result == 0 ? KT_OK : reject_callback(result, "projection", &made, error);
 }
 
 kt_status kt_simulation_project(kt_simulation *simulation, double t, double *y, bool *changed, kt_error *error) {

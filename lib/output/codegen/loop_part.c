@@ -10,7 +10,7 @@
 #include "kinetree/description.h"
 
 bool kt_code_loop_is_planar(const kt_model *model, const kt_loop_record *loop) {
-    return model->n.planar_loop > 0 && kt_group_is_planar(model, &model->group[loop->group]);
+    return model->n.planar_loop > 0 && model->group[loop->group].planar;
 }
 
 /* The equations of types, in the order of lib/model/loop; types without them cannot be generated, or have no parts. */
@@ -46,7 +46,7 @@ static const unsigned char part_of_type[KT_LOOP_TYPE_COUNT][KT_LOOP_ROW_MAX] = {
 /* Whether an equation of a loop is among the independent equations that were chosen when the model was compiled. */
 static bool is_chosen(const kt_model *model, const kt_loop_record *r, int row) {
     const kt_group *group = &model->group[r->group];
-    const int32_t slot = kt_rows_slots(model, group, r)[row];
+    const int32_t slot = model->slot[r->slot + row];
     return slot >= 0 && (group->rank[KT_ROWS_ALL] == group->count[KT_ROWS_ALL] ||
                          model->weight[KT_ROWS_ALL * model->n.row + (size_t)(group->row + slot)] >= KT_PREFERRED);
 }

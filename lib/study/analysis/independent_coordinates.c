@@ -176,7 +176,7 @@ static void scale_coordinates(kt_linearization *l) {
         if (kt_loop_is_off(loop))
             continue;
         const kt_group_work w = kt_group_matrices(model, l->data, (size_t)loop->group, KT_ROWS_ALL);
-        const int32_t *slot = kt_rows_slots(model, &model->group[loop->group], loop);
+        const int32_t *slot = model->slot + loop->slot;
         for (int r = 0; r < loop->row_count; r++)
             scale_row(l, (size_t)loop->equation + (size_t)r, slot[r] < 0 ? 0.0 : w.scale[slot[r]]);
     }
@@ -190,7 +190,7 @@ static void find_holonomic(kt_linearization *l) {
         if (kt_loop_is_off(loop))
             continue;
         const kt_group *group = &model->group[loop->group];
-        const int32_t *slot = kt_rows_slots(model, group, loop);
+        const int32_t *slot = model->slot + loop->slot;
         for (int r = 0; r < loop->row_count; r++)
             l->holonomic[loop->equation + r] = slot[r] < group->count[KT_ROWS_CLOSED];
     }

@@ -62,7 +62,7 @@ static void count(const tangle *g, census *c) {
     c->compared++;
     for (size_t i = 0; i < m->n.group; i++) {
         const kt_group *group = &m->group[i];
-        *(kt_group_has_fronts(group) ? &c->fronts : &c->dense) += 1;
+        *(group->has_fronts ? &c->fronts : &c->dense) += 1;
         c->carried += group->parent != 0;
         c->redundant += group->rank[KT_ROWS_ALL] < group->count[KT_ROWS_ALL];
         c->planar += (size_t)m->group_link[group->link] >= m->n.spatial;

@@ -59,7 +59,7 @@ static void count_classes(const kt_model *fronts, const kt_data *data, const kt_
     for (size_t i = 0; i < fronts->n.group; i++) {
         const kt_group *group = &fronts->group[i];
         const bool flat = (size_t)fronts->group_link[group->link] >= fronts->n.spatial;
-        o->fronts += kt_group_has_fronts(group);
+        o->fronts += group->has_fronts;
         o->few += data->special_form[i];
         o->narrow += group->form == KT_FORM_FRONT4;
         o->ranks += group->rank[KT_ROWS_ALL] != dense->group[i].rank[KT_ROWS_ALL];

@@ -232,8 +232,8 @@ static void compare_saddle(const linkage *l, const matrices *m, const char *of, 
     kt_need_fine("factors", kt_kkt_factor(&w, KT_ROWS_ALL, KT_METRIC_MASS, 0.0, l->q, &error), &error);
     kt_kkt_solve(&w, 1, f, b);
     for (int i = 0; i < m->nv; i++)
-        kt_worst_near(&e->kkt, f[i], exact.x[i],
-                      4.0 * (kt_group_has_fronts(&l->model->group[0]) ? exact.moved[i] : most), "%s, %d", of, i);
+        kt_worst_near(&e->kkt, f[i], exact.x[i], 4.0 * (l->model->group[0].has_fronts ? exact.moved[i] : most),
+                      "%s, %d", of, i);
     free(memory);
 }
 
