@@ -42,7 +42,8 @@ static const char *make_sdf_name(kt_sdf *m, int frame, const kt_element *e) {
     return name;
 }
 
-/* Links get their names first, so that these stay unchanged. */
+/* Names the links of the file first, so that their names stay unchanged. The links between the halves of a joint, which
+ * the reader has added, then take names that are left. */
 static void name_links(kt_sdf *m) {
     for (int pass = 0; pass < 2; pass++)
         for (int i = 1; i < m->links.count; i++) {

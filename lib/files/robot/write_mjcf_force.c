@@ -17,6 +17,7 @@ static const char *joint_of(const kt_export *x, int body) { return kt_joint_name
 
 /* ---- tendons ----------------------------------------------------------------------------------------------------- */
 
+/* Writes the joints of a relation, except the joint of the body `but`, with their coefficients times `factor`. */
 static void write_terms(kt_export *x, const kt_loop *loop, int but, double factor) {
     for (int k = 0; k < loop->term_count; k++) {
         const double coefficient = factor * loop->terms[k].coefficient;
@@ -26,6 +27,8 @@ static void write_terms(kt_export *x, const kt_loop *loop, int but, double facto
     }
 }
 
+/* Writes the fixed tendon for the slider of body i, which represents a sum of joints: the slider's forces, armature and
+ * limits act on the tendon's length, which is n less an offset (see the file's head). */
 static void write_number(kt_export *x, int i) {
     const kt_export_forces *f = &x->forces[i];
     const kt_joint *joint = &kt_export_body(x, i)->joint;

@@ -102,7 +102,8 @@ static kt_status fill_tree_stiffness(kt_linearized *w, const kt_dynamic_state *a
     return status;
 }
 
-/* A, its factors, lambda, the loops' part of D, and E. */
+/* Computes A and its factors, lambda, the loops' part of D, and E, in the letters of the file's head. The forces that
+ * the loops have to supply, A' lambda = tau_tree - tau - (forces of effects), are in w->change. */
 static kt_status fill_loop_stiffness(kt_linearized *w, const kt_dynamic_state *at, kt_error *error) {
     const double *q = at->q, *v = at->v;
     kt_status status = kt_linearized_sum_effects(w, q, v, false, w->force, error);

@@ -123,8 +123,9 @@ void KT_KERNEL(kt_groups_multipliers_of)(const kt_model *model, kt_data *data, c
     }
 }
 
-/* For a group in the form of Delassus, data->special_form records from here on whether only its few equations have been
- * measured. */
+/* Prepares damped steps of a group: computes the factors that do not depend on the damping. Returns the sum of the
+ * squares of the equations' entries over their scales. The form of Delassus does so if the equations are few, otherwise
+ * the fronts do; data->special_form tells kt_damped_solve which. */
 double KT_KERNEL(kt_damped_measure)(const kt_model *model, kt_data *data, size_t g, kt_rows rows) {
     assert(kt_data_serve(model, data) && g < model->n.group);
     double size = 0.0;

@@ -282,6 +282,9 @@ static void add_part(const kt_path_point_record *from, const kt_path_point_recor
     }
 }
 
+/* Sums the lengths and the forces of the straight and wrapped parts between consecutive points; a surface between two
+ * points belongs to the part between these. A point with a divisor begins a new branch: no part leads to it, and the
+ * branch counts by 1 / divisor, as the several strands of a pulley do. */
 void KT_EFFECT(kt_path_evaluate)(const kt_path_point_record *points, int count, const kt_effect_frame *frame, int links,
                                  kt_path_value *value) {
     const kt_path_point_record *last = NULL, *around = NULL;

@@ -239,7 +239,9 @@ static double count_panels(const kt_simulation *simulation, double length, reach
     return count;
 }
 
-/* The end of a panel, or the end of the step if one more panel takes too many values. */
+/* The end of the panel [from, to] of a step to t1, or t1 if the values of the functions that are left do not suffice
+ * for a further panel. Stores in r->half the beginning of the last panel before which half of the values were left. If
+ * the search does not suffice for the whole step, a shorter step ends at that time. */
 static double end_of_panel(const kt_simulation *simulation, double from, double to, double t1, reach *r) {
     const int spent = most_spent(simulation);
     if (2 * (spent - r->begin) <= r->most - r->begin)

@@ -36,7 +36,9 @@
 
 /* ---- eigenvalues ------------------------------------------------------------------------------------------------- */
 
-/* Writes rounding errors into m->rounding. At a kink, such as a stop that just touches, errors are larger. */
+/* Writes rounding errors into m->rounding. An error above ROUNDED is not rounding: the system has a kink there, such as
+ * a stop that just touches. It counts as zero, because entries below m->rounding are removed, and this entry is no
+ * rounding of zero. */
 static void write_rounding(kt_modes *m, const kt_linear_system *system, size_t n) {
     double whole = 0.0;
     for (size_t j = 0; j < n; j++)
