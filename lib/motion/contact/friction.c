@@ -196,11 +196,12 @@ static kt_coulomb *find_clamped(kt_simulation *simulation, const double *W, cons
     static const double factor = 8.0; /* other contacts and bodies may need larger impulses */
     struct kt_contacts *c = simulation->contacts;
     double least = clamp_contacts(c, pose_jam(simulation, W, u, -1, 0.0), u, 0.0);
-    for (int k = 0; k < TIMES && least > 0.0; k++, least *= factor) {
+    for (int k = 0; k < TIMES && least > 0.0; k++) {
         kt_coulomb *p = pose_jam(simulation, W, u, -1, 0.0);
         (void)clamp_contacts(c, p, u, least);
         if (solve_jam(simulation, p, energy) && clamped_rest(c, p))
             return p;
+        least *= factor;
     }
     return NULL;
 }
