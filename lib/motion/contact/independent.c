@@ -69,7 +69,8 @@ uint64_t kt_contacts_find_held(const kt_simulation *simulation) {
 }
 
 /* A contact grazes if its gap closes no faster than its rest velocity, or if the contact grazed when it closed and has
- * not opened since. */
+ * not opened since. A grazing contact whose friction leaves has no load, such as in flight, and opens. Otherwise its
+ * friction would stick and leave without end. */
 void kt_contacts_find_grazing(kt_simulation *simulation, const double *u) {
     const struct kt_contacts *c = simulation->contacts;
     for (int i = 0; i < c->meeting; i++) {
@@ -77,7 +78,8 @@ void kt_contacts_find_grazing(kt_simulation *simulation, const double *u) {
         const double slowest =
             fmax(kt_contact_loop(simulation, i)->rest_velocity, kt_contact_resting(simulation, c->list[i]));
         item->grazes = kt_contact_is_closed(simulation->model, item)
-                           ? simulation->contact_state[item->index].opens_at < 0.0 && !item->leaves
+                           ? simulation->contact_state[item->index].opens_at < 0.0 && !item->leaves &&
+                                 (item->of < 0 || !c->item[item->of].leaves)
                            : item->meets && fabs(u[i]) <= slowest;
     }
 }

@@ -383,6 +383,53 @@ KT_TEST(feet_that_begin_to_press_do_not_sink) {
     }
 }
 
+/* A load touches a box in flight, and both fall alike: their contacts have no forces, and friction is at its limit of
+ * zero. At such an instant friction ends, and its contact must not close again with friction that sticks. Rounding
+ * decides whether the instant occurs. This is a random scene of command/contact_oracle in which it does. */
+static const char falling_load[] =
+    "{kinetree: 1, gravity: [-1.4407477594751894, 0.7003512447433083, -9.81], bodies: [{name: b0, joint: "
+    "{type: free, position: {position: [3.0, 0, 0.2845793519165886]}, velocity: {linear: "
+    "[-0.3170166295326353, 0.20219712061644235, 0], angular: [0, 0, -0.6684654308358866]}}, mass: "
+    "0.12526078273762684, com: [0, 0, 0], inertia: [0.0012591509700325583, 0.0015109811640390697, "
+    "0.001888726455048837], markers: {c0: [0.2985, 0.1069, -0.2645793519165886], c1: [-0.1715, 0.2667, "
+    "-0.2645793519165886], c2: [-0.2604, -0.1809, -0.2645793519165886], c3: [0.0113, -0.3169, "
+    "-0.2645793519165886]}}, {name: b1, joint: {type: free, position: {position: [3.0, 0, "
+    "0.6351620428401594]}, velocity: {linear: [-0.3170166295326353, 0.20219712061644235, 0], angular: [0, "
+    "0, -0.6684654308358866]}}, mass: 1.5982425699684442, com: [0, 0, 0], inertia: "
+    "[0.0030990389043642017, 0.003718846685237042, 0.004648558356546303], markers: {c4: [0.139, 0.0076, "
+    "-0.08600333900698225], c5: [-0.0751, 0.1172, -0.08600333900698225], c6: [-0.019, -0.1379, "
+    "-0.08600333900698225]}}, {name: b2, joint: {type: free, position: {position: [9.0, 0, "
+    "0.2213326877362847]}, velocity: {linear: [0.4922921435313523, 0.8195918923370997, 0], angular: [0, "
+    "0, -0.29958718958870567]}}, mass: 7.346250648867376, com: [0, 0, 0], inertia: [0.06378988258792775, "
+    "0.0765478591055133, 0.09568482388189162], markers: {c7: [0.262, 0.1349, -0.2013326877362847]}}], "
+    "effects: [{name: c0, type: contact, point: b0.c0, radius: 0, plane: {body: world, at: [0, 0, 0]}, "
+    "restitution: 0.4, friction: 0.32990608628979856}, {name: c1, type: contact, point: b0.c1, radius: 0, "
+    "plane: {body: world, at: [0, 0, 0]}, restitution: 0.4, friction: 0.4823939021883996}, {name: c2, "
+    "type: contact, point: b0.c2, radius: 0, plane: {body: world, at: [0, 0, 0]}, restitution: 0.4, "
+    "friction: 0}, {name: c3, type: contact, point: b0.c3, radius: 0, plane: {body: world, at: [0, 0, "
+    "0]}, restitution: 0.4, friction: 0.6941835369413042}, {name: c4, type: contact, point: b1.c4, "
+    "radius: 0, plane: {body: b0, at: [0, 0, 0.2645793519165886]}, restitution: 0.4, friction: 0}, {name: "
+    "c5, type: contact, point: b1.c5, radius: 0, plane: {body: b0, at: [0, 0, 0.2645793519165886]}, "
+    "restitution: 0.4, friction: 0.9512477512898638}, {name: c6, type: contact, point: b1.c6, radius: 0, "
+    "plane: {body: b0, at: [0, 0, 0.2645793519165886]}, restitution: 0.4, friction: 0}, {name: c7, type: "
+    "contact, point: b2.c7, radius: 0, plane: {body: world, at: [0, 0, 0]}, restitution: 0.4, friction: "
+    "0.691409030502456}], loops: []} ";
+
+KT_TEST(load_on_a_falling_box_does_not_stick_and_slip_without_end) {
+    kt_parsed m;
+    kt_error error = {0};
+    int records = 0;
+    kt_parsed_make(&m, falling_load);
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_run run = kt_run_within(NULL, 1e-9, 0.2);
+    run.interval = 0.025;
+    options.record =
+        KT_RECORD_POSITION | KT_RECORD_VELOCITY | KT_RECORD_ACCELERATION | KT_RECORD_MULTIPLIER | KT_RECORD_REACTION;
+    kt_simulation *simulation = kt_test_simulation(m.model, &run, &options);
+    kt_need_fine("falls", kt_simulation_run(simulation, count_records, &records, &error), &error);
+    kt_check_equal_int("records", records, 9);
+}
+
 /* Rows of contacts are stored over their group, and read at the coordinates of their paths alone (islands.c). The rates
  * of random velocities must have the bits of the sums over the whole group. */
 static int count_wrong_rows(const struct kt_contacts *c, const double *x, int *read, int *stored) {
