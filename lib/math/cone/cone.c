@@ -48,28 +48,30 @@ static void bracket_turn(const double *w, const double *q, double mu, double a, 
     (void)turn_of(w, q, mu, 0.5 * (a + b), x, along);
 }
 
-/* Computes x of one contact that slips: the root next to the angle `from`, or 0 without a root. */
+/* Computes x of one contact that slips: the root next to the angle `from`, or 0 without a root. Parts of the circle are
+ * searched from this angle outwards. */
 static void slip_one(const double *w, const double *q, double mu, double from, double *x) {
     enum { PARTS = 12 };
     static const double pi = 3.14159265358979323846;
-    double y[3], along[2], turn[2], far = (double)INFINITY;
+    double y[3], along[PARTS + 1], turn[PARTS + 1], far = (double)INFINITY;
     memset(x, 0, 3 * sizeof *x);
-    turn[0] = turn_of(w, q, mu, from - pi, y, &along[0]);
-    for (int k = 0; k < PARTS; k++) {
-        const double a = from - pi + 2.0 * pi * k / PARTS, b = from - pi + 2.0 * pi * (k + 1) / PARTS,
-                     mid = 0.5 * (a + b);
-        turn[1] = turn_of(w, q, mu, b, y, &along[1]);
-        if ((turn[0] <= 0.0) != (turn[1] <= 0.0) && (along[0] > 0.0 || along[1] > 0.0) && fabs(mid - from) < far) {
-            double now;
-            bracket_turn(w, q, mu, a, b, y, &now);
-            if (now > 0.0 && y[0] > 0.0) {
-                far = fabs(mid - from);
-                memcpy(x, y, sizeof y);
+    turn[PARTS / 2] = turn_of(w, q, mu, from - pi + 2.0 * pi * (PARTS / 2) / PARTS, y, &along[PARTS / 2]);
+    for (int ring = 0; ring < PARTS / 2 && !isfinite(far); ring++)
+        for (int side = 0; side < 2; side++) {
+            const int k = side == 0 ? PARTS / 2 - 1 - ring : PARTS / 2 + ring, end = k + side;
+            const double a = from - pi + 2.0 * pi * k / PARTS, b = from - pi + 2.0 * pi * (k + 1) / PARTS,
+                         mid = 0.5 * (a + b);
+            turn[end] = turn_of(w, q, mu, side == 0 ? a : b, y, &along[end]);
+            if ((turn[k] <= 0.0) != (turn[k + 1] <= 0.0) && (along[k] > 0.0 || along[k + 1] > 0.0) &&
+                fabs(mid - from) < far) {
+                double now;
+                bracket_turn(w, q, mu, a, b, y, &now);
+                if (now > 0.0 && y[0] > 0.0) {
+                    far = fabs(mid - from);
+                    memcpy(x, y, sizeof y);
+                }
             }
         }
-        turn[0] = turn[1];
-        along[0] = along[1];
-    }
 }
 
 /* The solution of one contact: w its block, q its rates without its own impulses. */
@@ -230,12 +232,18 @@ static void scale_problem(kt_cone *cone, const kt_cone_problem *problem, const d
         cone->b[r] = problem->b[r] * cone->scale[r / 3];
         cone->x[r] = p[r] / cone->scale[r / 3];
         rate = fmax(rate, fabs(cone->b[r]));
-        for (int c = 0; c < m; c++)
-            cone->W[r * m + c] = problem->W[r * m + c] * cone->scale[r / 3] * cone->scale[c / 3];
     }
+    if (problem->W != cone->W)
+        memcpy(cone->W, problem->W, (size_t)(m * m) * sizeof *cone->W);
+    kt_cone_list_blocks(cone);
+    for (int r = 0; r < m; r++)
+        for (int k = 3 * cone->first[r / 3]; k < 3 * cone->first[r / 3 + 1]; k++) {
+            const int j = cone->block[k / 3];
+            cone->W[r * m + 3 * j + k % 3] *= cone->scale[r / 3];
+            cone->W[r * m + 3 * j + k % 3] *= cone->scale[j];
+        }
     if (rate == 0.0 && problem->gain > 0.0 && !cone->has_least) /* p = 0 solves it, and gain |b| is no size */
         memset(cone->x, 0, (size_t)m * sizeof *cone->x);
-    kt_cone_list_blocks(cone);
 }
 
 /* Sweeps and Newton in turn, each from the end of the other. From modes between which Newton's method cycles, sweeps

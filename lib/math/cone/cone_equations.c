@@ -11,6 +11,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cone/cone_parts.h"
 
+#include "algebra/lane.h"
+
 #include <assert.h>
 #include <math.h>
 #include <string.h>
@@ -73,21 +75,44 @@ void kt_cone_list_blocks(kt_cone *cone) {
 
 void kt_cone_clear_equations(kt_cone *cone) { memset(cone->A, 0, 9 * (size_t)cone->blocks * sizeof *cone->A); }
 
-/* to -= a b of blocks; b and to have `columns` columns. */
-static inline void subtract_product(const double *a, const double *restrict b, double *restrict to, int columns) {
-    for (int r = 0; r < 3; r++)
-        for (int c = 0; c < columns; c++)
-            to[columns * r + c] -= a[3 * r] * b[c] + a[3 * r + 1] * b[columns + c] + a[3 * r + 2] * b[2 * columns + c];
+/* A block has rows of three numbers, which are read and written as a pair and one more. */
+typedef struct block_row {
+    kt_v2 pair;
+    double last;
+} block_row;
+
+static inline block_row load_row(const double *x) { return (block_row){kt_v2_load(x), x[2]}; }
+static inline void store_row(double *x, block_row row) {
+    kt_v2_store(x, row.pair);
+    x[2] = row.last;
 }
 
-/* b = a b of blocks; b has `columns` columns. */
-static inline void multiply_block(const double *a, double *b, int columns) {
-    double product[9] = {0.0};
+/* A row of a b, for a row of a and the block b. */
+static inline block_row multiply_row(const double *a, const block_row b[3]) {
+    return (block_row){kt_v2_splat(a[0]) * b[0].pair + kt_v2_splat(a[1]) * b[1].pair + kt_v2_splat(a[2]) * b[2].pair,
+                       a[0] * b[0].last + a[1] * b[1].last + a[2] * b[2].last};
+}
+
+/* to -= a b of blocks. */
+static inline void subtract_product(const double *a, const double *restrict b, double *restrict to) {
+    const block_row row[3] = {load_row(b), load_row(b + 3), load_row(b + 6)};
+    for (int r = 0; r < 3; r++) {
+        const block_row old = load_row(to + 3 * r), product = multiply_row(a + 3 * r, row);
+        store_row(to + 3 * r, (block_row){old.pair - product.pair, old.last - product.last});
+    }
+}
+
+/* b = a b of blocks. */
+static inline void multiply_block(const double *a, double *b) {
+    const block_row row[3] = {load_row(b), load_row(b + 3), load_row(b + 6)};
     for (int r = 0; r < 3; r++)
-        for (int c = 0; c < columns; c++)
-            product[columns * r + c] =
-                a[3 * r] * b[c] + a[3 * r + 1] * b[columns + c] + a[3 * r + 2] * b[2 * columns + c];
-    memcpy(b, product, 3 * (size_t)columns * sizeof *b);
+        store_row(b + 3 * r, multiply_row(a + 3 * r, row));
+}
+
+/* to -= a x for a block a and numbers x of a contact. */
+static inline void subtract_column(const double *a, const double *restrict x, double *restrict to) {
+    for (int r = 0; r < 3; r++)
+        to[r] -= a[3 * r] * x[0] + a[3 * r + 1] * x[1] + a[3 * r + 2] * x[2];
 }
 
 /* The inverse of a block, with partial pivoting. largest: entry of A. */
@@ -135,16 +160,18 @@ static double largest_entry(int n, const double *x) {
 /* Eliminates the unknowns of contact k from later contacts. The inverse of its pivot multiplies its row of blocks. */
 static void eliminate_contact(kt_cone *cone, int k, double largest, double *x) {
     const int *later = cone->later + cone->later_first[k], count = cone->later_first[k + 1] - cone->later_first[k];
-    double inverse[9];
+    double inverse[9], *own = x + 3 * k;
     invert_block(kt_cone_block(cone, k, k), largest, inverse);
-    multiply_block(inverse, x + 3 * k, 1);
+    const double y[3] = {own[0], own[1], own[2]};
+    for (int r = 0; r < 3; r++)
+        own[r] = inverse[3 * r] * y[0] + inverse[3 * r + 1] * y[1] + inverse[3 * r + 2] * y[2];
     for (int b = 0; b < count; b++)
-        multiply_block(inverse, kt_cone_block(cone, k, later[b]), 3);
+        multiply_block(inverse, kt_cone_block(cone, k, later[b]));
     for (int a = 0; a < count; a++) {
         const double *below = kt_cone_block(cone, later[a], k);
-        subtract_product(below, x + 3 * k, x + 3 * later[a], 1);
+        subtract_column(below, own, x + 3 * later[a]);
         for (int b = 0; b < count; b++)
-            subtract_product(below, kt_cone_block(cone, k, later[b]), kt_cone_block(cone, later[a], later[b]), 3);
+            subtract_product(below, kt_cone_block(cone, k, later[b]), kt_cone_block(cone, later[a], later[b]));
     }
 }
 
@@ -154,5 +181,5 @@ void kt_cone_eliminate(kt_cone *cone, double *x) {
         eliminate_contact(cone, k, largest, x);
     for (int k = cone->n - 1; k >= 0; k--)
         for (int b = cone->later_first[k]; b < cone->later_first[k + 1]; b++)
-            subtract_product(kt_cone_block(cone, k, cone->later[b]), x + 3 * cone->later[b], x + 3 * k, 1);
+            subtract_column(kt_cone_block(cone, k, cone->later[b]), x + 3 * cone->later[b], x + 3 * k);
 }

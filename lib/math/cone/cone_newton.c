@@ -76,11 +76,9 @@ static double find_function(kt_cone *cone, const double *x, const double *u, dou
     return sum;
 }
 
-double kt_cone_residual(kt_cone *cone, const kt_cone_linear *of, const double *x) {
-    assert(cone->n == 0 || (x != cone->u && x != cone->f)); /* arrays without numbers may coincide */
+/* The residual at x, whose rates and function are known. */
+static double known_residual(const kt_cone *cone, const kt_cone_linear *of, const double *x) {
     double most = 0.0, impulse = 0.0, rate = 0.0;
-    find_rates(cone, of, x, cone->u);
-    (void)find_function(cone, x, cone->u, cone->f);
     for (int r = 0; r < 3 * cone->n; r++) {
         if (!isfinite(x[r]) || !isfinite(cone->u[r]) || !isfinite(cone->f[r])) /* fmax leaves NaN out */
             return (double)INFINITY;
@@ -91,6 +89,13 @@ double kt_cone_residual(kt_cone *cone, const kt_cone_linear *of, const double *x
     const bool is_bounded = cone->gain > 0.0 && rate > 0.0;
     const double size = fmax(rate, is_bounded ? fmin(impulse, cone->gain * rate) : impulse);
     return most > 0.0 ? most / size : 0.0;
+}
+
+double kt_cone_residual(kt_cone *cone, const kt_cone_linear *of, const double *x) {
+    assert(cone->n == 0 || (x != cone->u && x != cone->f)); /* arrays without numbers may coincide */
+    find_rates(cone, of, x, cone->u);
+    (void)find_function(cone, x, cone->u, cone->f);
+    return known_residual(cone, of, x);
 }
 
 /* ---- Newton ------------------------------------------------------------------------------------------------------ */
@@ -154,14 +159,15 @@ static double largest_merit(double *merits, int k, double merit) {
     return most;
 }
 
-/* Computes the trial point from x along dx. Its merit is below `above` if HALVINGS suffice. Returns the merit. */
+/* Computes the trial point from x along dx, its rates and its function. The merit is below `above` if HALVINGS suffice.
+ * Returns the merit. */
 static double search_line(kt_cone *cone, const kt_cone_linear *of, const double *x, double above) {
     double part = 1.0, merit = 0.0;
     for (int h = 0; h < HALVINGS; h++) {
         for (int i = 0; i < 3 * cone->n; i++)
             cone->trial[i] = x[i] + part * cone->dx[i];
         find_rates(cone, of, cone->trial, cone->u);
-        merit = find_function(cone, cone->trial, cone->u, cone->other);
+        merit = find_function(cone, cone->trial, cone->u, cone->f);
         if (merit < (1.0 - 1e-4 * part) * above)
             break;
         part *= 0.5;
@@ -171,15 +177,15 @@ static double search_line(kt_cone *cone, const kt_cone_linear *of, const double 
 
 bool kt_cone_newton(kt_cone *cone, const kt_cone_linear *of, double *x, int most) {
     assert(cone->n <= cone->most && most >= 0);
-    assert(cone->n == 0 ||
-           (x != cone->best && x != cone->trial && x != cone->u && x != cone->f && x != cone->other && x != cone->dx));
+    assert(cone->n == 0 || (x != cone->best && x != cone->trial && x != cone->u && x != cone->f && x != cone->dx));
     const size_t bytes = 3 * (size_t)cone->n * sizeof *x;
-    double last = kt_cone_residual(cone, of, x), left = last, merits[MERITS];
+    find_rates(cone, of, x, cone->u);
+    double merit = find_function(cone, x, cone->u, cone->f), merits[MERITS];
+    double last = known_residual(cone, of, x), left = last;
     bool done = last <= exact;
     memcpy(cone->best, x, bytes);
     for (int k = 0, worse = 0, slow = 0; k < most && !done; k++) {
-        find_rates(cone, of, x, cone->u);
-        const double merit = find_function(cone, x, cone->u, cone->f), above = largest_merit(merits, k, merit);
+        const double above = largest_merit(merits, k, merit);
         fill_step(cone, of, x, fmax(damping_least, fmin(damping * left, damping_most)), cone->dx);
         kt_cone_eliminate(cone, cone->dx);
         cone->newton++;
@@ -188,12 +194,13 @@ bool kt_cone_newton(kt_cone *cone, const kt_cone_linear *of, double *x, int most
         if (worse > WORSE_MOST || !(now < 1e300))
             break;
         memcpy(x, cone->trial, bytes);
-        left = kt_cone_residual(cone, of, x);
+        left = known_residual(cone, of, x);
         if (left < last)
             memcpy(cone->best, x, bytes);
         last = fmin(last, left);
         slow += last <= cone->enough && !(now < 0.5 * merit);
         done = left <= exact || slow == SLOW_MOST;
+        merit = now;
     }
     memcpy(x, cone->best, bytes);
     return last <= cone->enough;

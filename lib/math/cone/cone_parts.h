@@ -17,7 +17,6 @@
     X(double, diagonal, m, "of W, while that of proximal points is larger")                                            \
     X(double, u, m, "rates")                                                                                           \
     X(double, f, m, "Alart and Curnier's function")                                                                    \
-    X(double, other, m, "likewise, of a shorter step")                                                                 \
     X(double, dx, m, "step of Newton's method")                                                                        \
     X(double, trial, m, "x + dx")                                                                                      \
     X(double, best, m, "of Newton's method")                                                                           \

@@ -322,6 +322,18 @@ KT_INLINE void kt_rows_fill_one(const kt_model *model, const kt_data *data, size
 }
 #endif
 
+/* Fills the rows of a loop, whose entries in A' are zero, into these slots. v is NULL if the links are at rest. */
+KT_INLINE void kt_rows_loop(const kt_model *model, const kt_data *data, const kt_group_work *w,
+                            const kt_loop_record *loop, const int32_t *slot, const kt_real1 *q, const kt_real1 *v,
+                            kt_real1 t) {
+    if (loop->term_count)
+        kt_rows_relation(model, &model->group[loop->group], w, loop, slot[0], q, v, t);
+    else if (kt_loop_is_over_ground(loop))
+        kt_rows_over_ground(model, data, w, loop, slot[0], v != NULL);
+    else
+        kt_rows_frames(model, data, w, loop, slot, q, v, t);
+}
+
 /* Fills A', phi and phi_t of a group, the scales of the residuals, and if `moving` b''. Requires the links' poses, and
  * if `moving` velocities and c. */
 static inline void kt_rows_fill(const kt_model *model, const kt_data *data, size_t g, bool moving, const kt_real1 *q,
@@ -331,13 +343,7 @@ static inline void kt_rows_fill(const kt_model *model, const kt_data *data, size
     memset(w.a, 0, (size_t)w.m * (size_t)w.k * sizeof *w.a);
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
-        const int32_t *slot = model->slot + loop->slot;
-        if (loop->term_count)
-            kt_rows_relation(model, group, &w, loop, slot[0], q, moving ? v : NULL, t);
-        else if (kt_loop_is_over_ground(loop))
-            kt_rows_over_ground(model, data, &w, loop, slot[0], moving);
-        else
-            kt_rows_frames(model, data, &w, loop, slot, q, moving ? v : NULL, t);
+        kt_rows_loop(model, data, &w, loop, model->slot + loop->slot, q, moving ? v : NULL, t);
     }
 }
 

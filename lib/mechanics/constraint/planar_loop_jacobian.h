@@ -306,6 +306,26 @@ KT_INLINE void kt_planar_rows_path(const kt_model *model, const kt_data *data, c
     }
 }
 
+/* Does the same as kt_rows_loop, in the plane. */
+KT_INLINE void kt_planar_rows_loop(const kt_model *model, const kt_data *data, const kt_group_work *w,
+                                   const kt_loop_in_plane *x, bool moving, const kt_real1 *v, kt_real1 t) {
+    const kt_loop_record *loop = x->loop;
+    kt_planar_end end[2];
+    kt_planar_relative r;
+    kt_planar_wrench rows[KT_PLANAR_ROW_MAX];
+    if (loop->term_count) {
+        kt_rows_relation(model, &model->group[loop->group], w, loop, x->slot[0], x->q, moving ? v : NULL, t);
+        return;
+    }
+    for (int k = 0; k < 2; k++)
+        kt_planar_end_follow(model, data, loop, x->flat, k, moving, v, &end[k]);
+    kt_planar_relate(data, x->flat, end, &r);
+    const int count = kt_planar_rows_evaluate(model, data, w, x, end, &r, t, rows);
+    const kt_real1 first[2] = {end[0].arm[0] + r.d[0], end[0].arm[1] + r.d[1]};
+    kt_planar_rows_path(model, data, w, loop, 0, rows, count, first);
+    kt_planar_rows_path(model, data, w, loop, 1, rows, count, end[1].arm);
+}
+
 /* Does the same as kt_rows_fill, in the plane. */
 KT_INLINE void kt_planar_rows_fill(const kt_model *model, const kt_data *data, size_t g, const kt_group_work *w,
                                    bool moving, const kt_real1 *q, const kt_real1 *v, kt_real1 t) {
@@ -316,20 +336,7 @@ KT_INLINE void kt_planar_rows_fill(const kt_model *model, const kt_data *data, s
         const int32_t index = model->group_loop[group->loop + i];
         const kt_loop_record *loop = &model->loop[index];
         const kt_loop_in_plane x = {loop, &model->planar_loop[index], model->slot + loop->slot, q};
-        kt_planar_end end[2];
-        kt_planar_relative r;
-        kt_planar_wrench rows[KT_PLANAR_ROW_MAX];
-        if (loop->term_count) {
-            kt_rows_relation(model, group, w, loop, x.slot[0], q, moving ? v : NULL, t);
-            continue;
-        }
-        for (int k = 0; k < 2; k++)
-            kt_planar_end_follow(model, data, loop, x.flat, k, moving, v, &end[k]);
-        kt_planar_relate(data, x.flat, end, &r);
-        const int count = kt_planar_rows_evaluate(model, data, w, &x, end, &r, t, rows);
-        const kt_real1 first[2] = {end[0].arm[0] + r.d[0], end[0].arm[1] + r.d[1]};
-        kt_planar_rows_path(model, data, w, loop, 0, rows, count, first);
-        kt_planar_rows_path(model, data, w, loop, 1, rows, count, end[1].arm);
+        kt_planar_rows_loop(model, data, w, &x, moving, v, t);
     }
 }
 

@@ -62,6 +62,20 @@ size_t KT_KERNEL(kt_inverse_compute)(const kt_model *model, kt_data *data, const
 
 /* ---- columns ----------------------------------------------------------------------------------------------------- */
 
+/* Whether x is zero at a link. Columns of contacts are zero at most bodies, and so is M^-1 of these columns at bodies
+ * that neither carry nor are carried. */
+KT_INLINE bool is_zero_at(const kt_link *link, const kt_real1 *x) {
+#ifndef KT_LANES
+    int k = 0;
+    while (k < kt_link_dofs(link) && x[link->v + k] == 0.0)
+        k++;
+    return k == kt_link_dofs(link);
+#else
+    (void)link, (void)x;
+    return false;
+#endif
+}
+
 /* First pass of M^-1 x, tips first: for each degree of freedom s, left = x - s . W with the wrench W of the
  * children. Then x becomes left / D, and W grows by left times the gain. */
 KT_INLINE void backward_pass(const kt_model *model, const kt_inverse_terms *w, kt_real1 *x) {
@@ -74,6 +88,10 @@ KT_INLINE void backward_pass(const kt_model *model, const kt_inverse_terms *w, k
     for (size_t i = model->n.link - 1; i > 0; i--) {
         const kt_link *link = &model->link[i];
         kt_real3 moment = link->leads ? carried.angular : none, force = link->leads ? carried.linear : none;
+        if (link->parent == 0 && !link->leads && !link->branches && is_zero_at(link, x)) {
+            dof -= (size_t)kt_link_dofs(link);
+            continue;
+        }
         if (link->branches) {
             moment = kt_add3(moment, w->flow[i].angular);
             force = kt_add3(force, w->flow[i].linear);
@@ -106,6 +124,12 @@ KT_INLINE void forward_pass(const kt_model *model, const kt_inverse_terms *w, kt
     for (size_t i = 1; i < model->n.link; i++) {
         const kt_link *link = &model->link[i];
         const int count = kt_link_dofs(link);
+        if (link->parent == 0 && is_zero_at(link, x)) {
+            w->flow[i] = w->flow[0];
+            alpha = linear = none;
+            dof += (size_t)count;
+            continue;
+        }
         if (!link->follows) {
             alpha = w->flow[link->parent].angular;
             linear = w->flow[link->parent].linear;

@@ -150,6 +150,31 @@ kt_status kt_loop_entries(const kt_model *model, kt_data *data, const kt_dynamic
     const kt_outputs out = {entries, true, residual, rate, drift};
     return find_equations(model, data, at->t, at->q, at->v, &out, error);
 }
+
+void kt_loop_entries_of(const kt_model *model, const kt_data *data, const kt_dynamic_state *at, int index,
+                        double *entries, double *residual, double *rate, double *drift) {
+    const kt_loop_record *loop = &model->loop[index];
+    const kt_group *group = &model->group[loop->group];
+    const int32_t *known = model->slot + loop->slot;
+    double closes[KT_LOOP_ROW_MAX], scale[KT_LOOP_ROW_MAX];
+    const size_t equation = (size_t)loop->equation;
+    const kt_group_work w = {.m = group->v_count,
+                             .k = loop->row_count,
+                             .a = entries + kt_loop_entry(group, loop, 0),
+                             .residual = residual + equation,
+                             .rate = rate + equation,
+                             .right = drift + equation,
+                             .closes = closes,
+                             .scale = scale};
+    int32_t slot[KT_LOOP_ROW_MAX];
+    for (int r = 0; r < loop->row_count; r++) {
+        slot[r] = known[r] < 0 ? -1 : r;
+        w.residual[r] = w.rate[r] = w.right[r] = 0.0;
+    }
+    model->group_kernels->fill_loop(model, data, at, index, slot, &w);
+    for (int r = 0; r < loop->row_count; r++)
+        w.rate[r] = slot[r] < 0 ? 0.0 : -w.rate[r];
+}
 /* NOLINTEND(readability-non-const-parameter) */
 
 /* ---- the null space ---------------------------------------------------------------------------------------------- */

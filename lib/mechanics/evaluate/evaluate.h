@@ -16,9 +16,15 @@ KT_CHECKED kt_status kt_acceleration_trusted(const kt_model *model, kt_data *dat
 /* kt_loop_equations without these checks, with the Jacobian by groups, no two of which share coordinates. Each equation
  * of a group has a row over its coordinates (model->group_v), and `entries` has model->n.entry numbers.
  *
- * kt_loop_entry returns the first number of a row of a loop. */
+ * kt_loop_entry returns the first number of a row of a loop.
+ *
+ * kt_loop_entries_of fills the rows of one loop, which is on, into the same arrays. Before this call, the kernel
+ * `follow` has computed the motion of all links, and the rows are zero at the coordinates of the loop's paths. The
+ * other entries of the rows are left as they are. Numbers are not checked. */
 KT_CHECKED kt_status kt_loop_entries(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *entries,
                                      double *residual, double *rate, double *drift, kt_error *error);
+void kt_loop_entries_of(const kt_model *model, const kt_data *data, const kt_dynamic_state *at, int index,
+                        double *entries, double *residual, double *rate, double *drift);
 static inline size_t kt_loop_entry(const kt_group *group, const kt_loop_record *loop, int row) {
     return group->entry + (size_t)(loop->row + row) * (size_t)group->v_count;
 }

@@ -190,13 +190,28 @@ KT_INLINE size_t forward(const kt_model *model, kt_data *data, const kt_dynamic_
 
 /* ---- closure ----------------------------------------------------------------------------------------------------- */
 
-KT_INLINE void fill(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {
+KT_INLINE void follow(const kt_model *model, kt_data *data, const double *q, const double *v) {
     if (KT_PLANAR) {
         kt_links_motion(model, data, q, v, NULL);
     } else {
         kt_links_pose(model, data, q);
         KT_KERNEL(kt_spatial_links_move)(model, data, v, model->n.link);
     }
+}
+
+KT_INLINE void fill_loop(const kt_model *model, const kt_data *data, const kt_dynamic_state *at, int index,
+                         const int32_t *slot, const kt_group_work *w) {
+    const kt_loop_record *loop = &model->loop[index];
+    if (KT_PLANAR && model->group[loop->group].planar) {
+        const kt_loop_in_plane x = {loop, &model->planar_loop[index], slot, at->q};
+        kt_planar_rows_loop(model, data, w, &x, true, at->v, at->t);
+    } else {
+        kt_rows_loop(model, data, w, loop, slot, at->q, at->v, at->t);
+    }
+}
+
+KT_INLINE void fill(const kt_model *model, kt_data *data, double t, const double *q, const double *v) {
+    follow(model, data, q, v);
     for (size_t g = 0; g < model->n.group; g++)
         kt_group_fill(model, data, g, true, q, v, t);
 }
@@ -220,9 +235,9 @@ KT_INLINE bool least_step(const kt_model *model, kt_data *data, kt_metric metric
 /* ---- kernels ----------------------------------------------------------------------------------------------------- */
 
 #define KT_DRIVER_KERNELS                                                                                              \
-    .forward = forward, .residuals = residuals, .fill = fill, .prepare = prepare, .least_step = least_step,            \
-    .violate = kt_group_add_violation, .apply = KT_KERNEL(kt_front_apply), .measure = KT_KERNEL(kt_damped_measure),    \
-    .damp = KT_KERNEL(kt_damped_solve), .nullspace = KT_KERNEL(kt_front_nullspace),                                    \
-    .factor = KT_KERNEL(kt_groups_factor)
+    .forward = forward, .residuals = residuals, .fill = fill, .follow = follow, .fill_loop = fill_loop,                \
+    .prepare = prepare, .least_step = least_step, .violate = kt_group_add_violation,                                   \
+    .apply = KT_KERNEL(kt_front_apply), .measure = KT_KERNEL(kt_damped_measure), .damp = KT_KERNEL(kt_damped_solve),   \
+    .nullspace = KT_KERNEL(kt_front_nullspace), .factor = KT_KERNEL(kt_groups_factor)
 
 #endif

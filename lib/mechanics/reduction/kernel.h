@@ -28,6 +28,11 @@ typedef struct kt_reduction_kernels {
     bool (*prepare)(const kt_model *model, kt_data *data, kt_rows rows, bool regular);
     /* Fills the equations with the right-hand sides b'' of the accelerations. */
     void (*fill)(const kt_model *model, kt_data *data, double t, const double *q, const double *v);
+    /* The two parts of `fill`: poses and velocities of all links, and the equations of a loop that is on. These go into
+     * the slots of a group's matrices `w`, where the entries of A' are zero. */
+    void (*follow)(const kt_model *model, kt_data *data, const double *q, const double *v);
+    void (*fill_loop)(const kt_model *model, const kt_data *data, const kt_dynamic_state *at, int loop,
+                      const int32_t *slot, const kt_group_work *w);
     /* Computes the least step (nv) with A step = right, as last factored. The least is in coordinates (then only those
      * of groups change), or in kinetic energy less force . step. Returns false if the inertia is singular. */
     bool (*least_step)(const kt_model *model, kt_data *data, kt_metric metric, const double *force, double *step);

@@ -296,11 +296,9 @@ double kt_contacts_residual(const struct kt_contacts *c, int k, int component, c
 
 /* Writes row k of J over the coordinates of its group (of nv). */
 void kt_contacts_write_row(const struct kt_contacts *c, int k, double *row);
-/* Row k of W = J M^-1 J' from column `from` on. A contact moves few coordinates: zeros of its row of J are left out. */
-void kt_contacts_multiply(const struct kt_contacts *c, int k, int from, double *row);
 /* J_k x. */
 double kt_contacts_along(const struct kt_contacts *c, int k, const double *x);
-/* W_ik from the rows of J and M^-1 J'. The bits equal those of a stored W_ik. */
+/* W_ik from the rows of J and M^-1 J'. Zeros of a row are left out. */
 double kt_contacts_product(const struct kt_contacts *c, int i, int k);
 
 /* Whether W of the rows that touch is stored. Otherwise W is its diagonal. */

@@ -29,6 +29,7 @@ enum { KT_MOREAU_NO_PART = -1, KT_MOREAU_HELD = -2 };
     X(double, impulse, 3 * s->most, "scratch: of a problem")                                                           \
     X(double, coefficient, s->most, "likewise: of friction")                                                           \
     X(double, limits, s->most, "likewise: of dry friction")                                                            \
+    X(uint64_t, branches, s->items, "of the tree: bits of those on which its rows depend")                             \
     X(int, first, s->items, "its first row in the list of all rows")                                                   \
     X(double, bound, s->items, "the least rate at the end")                                                            \
     X(double, e, s->items, "restitution; 0: it does not bounce")                                                       \
@@ -104,6 +105,13 @@ static inline double kt_moreau_entry(const struct kt_contacts *c, int i, int k) 
 }
 /* Adds a multiple of the response to row r of item i, which is in the selected island, to velocities
  * (moreau_items.c). */
+/* Computes the gaps of all contacts, and the equations of all items but friction of contacts (moreau_items.c). */
+KT_CHECKED kt_status kt_moreau_find_gaps(struct kt_contacts *c, const kt_model *model, const kt_dynamic_state *at,
+                                         kt_error *error);
+/* Whether impulses of item i may change rates of item k. */
+static inline bool kt_moreau_couples(const kt_moreau *m, int i, int k) {
+    return (m->branches[i] & m->branches[k]) != 0;
+}
 void kt_moreau_add_response(const kt_simulation *simulation, int i, int r, double p, double *v);
 
 /* Parts of a step, with the middle in m->y and the velocities v at the beginning (moreau_items.c, moreau_solve.c).

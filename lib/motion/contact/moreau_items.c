@@ -7,6 +7,7 @@
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"
 #include "integrator/integrator.h"
+#include "reduction/kernel.h"
 
 #include <assert.h>
 #include <math.h>
@@ -26,6 +27,47 @@ void kt_moreau_add_response(const kt_simulation *simulation, int i, int r, doubl
     const struct kt_contacts *c = simulation->contacts;
     if (p != 0.0)
         kt_contacts_add_response(c, simulation->moreau->first[i] + r - c->selected->row, p, v);
+}
+
+/* ---- equations --------------------------------------------------------------------------------------------------- */
+
+/* Finds the equations of item k, from the motion of all links in c->data. Entries of the Jacobian outside of the paths
+ * of the item are undefined. */
+static kt_status find_item(struct kt_contacts *c, int k, const kt_dynamic_state *at, kt_error *error) {
+    const kt_contact *item = &c->item[k];
+    const kt_loop_record *loop = &c->all->loop[item->loop];
+    double sum = 0.0; /* of differences x - x, which are 0 if x is finite */
+    for (int r = 0; r < loop->row_count; r++) {
+        double *row = c->jacobian + kt_loop_entry(&c->all->group[loop->group], loop, r);
+        for (int j = 0; j < item->count; j++)
+            row[c->local[item->first + j]] = 0.0;
+    }
+    kt_loop_entries_of(c->all, c->data, at, item->loop, c->jacobian, c->row, c->rate, c->drift);
+    for (int r = 0; r < loop->row_count; r++) {
+        const kt_contact_line line = kt_contact_line_of(c, item, r);
+        const double *number[3] = {c->row, c->rate, c->drift};
+        for (int i = 0; i < 3; i++)
+            sum += number[i][loop->equation + r] - number[i][loop->equation + r];
+        for (int j = 0; j < line.count; j++)
+            sum += line.row[line.at[j]] - line.row[line.at[j]];
+    }
+    return sum == 0.0 ? KT_OK : kt_loop_entries(c->all, c->data, at, c->jacobian, c->row, c->rate, c->drift, error);
+}
+
+kt_status kt_moreau_find_gaps(struct kt_contacts *c, const kt_model *model, const kt_dynamic_state *at,
+                              kt_error *error) {
+    const kt_input input = {.q = at->q, .v = at->v};
+    kt_contacts_use_closed_model(c, model);
+    kt_status status = kt_input_check(c->all, &input, error);
+    if (status == KT_OK)
+        c->all->group_kernels->follow(c->all, c->data, at->q, at->v);
+    for (int k = 0; status == KT_OK && k < c->n; k++) {
+        if (kt_contact_rubs(c, k))
+            continue;
+        status = find_item(c, k, at, error);
+        c->gap[k] = c->item[k].sign * c->row[kt_contact_row(c->all, &c->item[k])];
+    }
+    return status;
 }
 
 /* ---- items ------------------------------------------------------------------------------------------------------- */
@@ -93,6 +135,25 @@ static void drop_items(kt_simulation *simulation, int from) {
         append_item(simulation, i);
 }
 
+/* The compiled model without contacts. The model of a simulation may be a mask, with the groups of all contacts. */
+static const kt_model *open_model(const kt_simulation *simulation) {
+    const kt_model *model = simulation->model;
+    const bool is_compiled = kt_model_switched(model, model->set) == model;
+    return is_compiled ? model : kt_model_switched(model, model->set & ~simulation->contacts->mask);
+}
+
+/* Bits of the branches, which are the children of the ground with all that they carry, on which item k depends. M^-1 of
+ * a tree has a block for each branch. Loops that are not contacts may couple any. */
+static uint64_t branches_of(const kt_simulation *simulation, int k) {
+    const kt_model *all = simulation->contacts->all;
+    const kt_loop_record *loop = &all->loop[simulation->contacts->item[k].loop];
+    uint64_t branches = loop->term_count > 0 || open_model(simulation)->n.group > 0 ? UINT64_MAX : 0;
+    for (int end = 0; end < 2; end++)
+        for (int link = loop->link[end]; link > 0; link = all->link[link].parent)
+            branches |= all->link[link].parent == 0 ? (uint64_t)1 << link % 64 : 0;
+    return branches;
+}
+
 /* Adds item k with its rows: one, or three with friction. The impulses start at h times the last forces. */
 static int add_moreau_item(kt_simulation *simulation, int k, const double *v) {
     struct kt_contacts *c = simulation->contacts;
@@ -102,6 +163,7 @@ static int add_moreau_item(kt_simulation *simulation, int k, const double *v) {
     m->first[i] = kt_contacts_next_row(c, k);
     m->mu[i] = m->bound[i] = m->e[i] = 0.0;
     m->limit[i] = -1.0;
+    m->branches[i] = branches_of(simulation, k);
     for (int r = 0; r < 3; r++)
         m->p[3 * i + r] = k < c->sides || r == 0 ? m->h * force[r] : 0.0;
     add_moreau_row(simulation, k, 0, v);
@@ -161,13 +223,6 @@ static void add_dry_friction(kt_simulation *simulation, const double *v) {
 }
 
 /* ---- responses --------------------------------------------------------------------------------------------------- */
-
-/* The compiled model without contacts. The model of a simulation may be a mask, with the groups of all contacts. */
-static const kt_model *open_model(const kt_simulation *simulation) {
-    const kt_model *model = simulation->model;
-    const bool is_compiled = kt_model_switched(model, model->set) == model;
-    return is_compiled ? model : kt_model_switched(model, model->set & ~simulation->contacts->mask);
-}
 
 /* Factors the mass matrix of the model without closed contacts, at the positions of the step. */
 static kt_status prepare_inverse(kt_simulation *simulation, kt_error *error) {
@@ -236,16 +291,24 @@ static kt_status respond_apart(kt_simulation *simulation, int next, kt_error *er
     return status;
 }
 
+/* The item of a row of the selected island. */
+static int item_of_row(const kt_simulation *simulation, int row) {
+    const struct kt_contacts *c = simulation->contacts;
+    const int k = c->list[row];
+    return simulation->moreau->item_of[kt_contact_rubs(c, k) ? c->item[k].of : k];
+}
+
 /* Adds the new rows of the selected island to W, if it is stored. */
-static void extend_W(struct kt_contacts *c) {
+static void extend_W(const kt_simulation *simulation) {
+    const struct kt_contacts *c = simulation->contacts;
     const int stride = c->selected->stored;
-    for (int s = 0; c->touching <= stride && s < c->touching; s++) {
-        const int from = s > c->selected->known ? s : c->selected->known;
-        double *W = c->W + (ptrdiff_t)s * stride;
-        kt_contacts_multiply(c, s, from, W);
-        for (int r = from; r < c->touching; r++)
-            c->W[(ptrdiff_t)r * stride + s] = W[r];
-    }
+    for (int s = 0; c->touching <= stride && s < c->touching; s++)
+        for (int r = s > c->selected->known ? s : c->selected->known; r < c->touching; r++) {
+            const bool couples =
+                kt_moreau_couples(simulation->moreau, item_of_row(simulation, s), item_of_row(simulation, r));
+            c->W[(ptrdiff_t)s * stride + r] = couples ? kt_contacts_product(c, s, r) : 0.0;
+            c->W[(ptrdiff_t)r * stride + s] = c->W[(ptrdiff_t)s * stride + r];
+        }
 }
 
 /* Responses to the rows that are new, and their entries of W. */
@@ -265,7 +328,7 @@ static kt_status respond_to_rows(kt_simulation *simulation, kt_error *error) {
         status = respond_apart(simulation, next, error);
     for (int i = 0; status == KT_OK && i < c->islands; i++)
         if (kt_contacts_select(c, i) && c->selected->known < c->touching) {
-            extend_W(c);
+            extend_W(simulation);
             c->selected->known = c->touching;
         }
     return status;
@@ -286,18 +349,25 @@ static bool was_closed(const kt_simulation *simulation, int k, const double *v) 
            (!(loop->restitution > 0.0) || -kt_contacts_rate(c, k, 0, v) <= loop->rest_velocity);
 }
 
-/* Adds contacts that take part; begins: including the contacts of the last step. */
-static bool list_closing(kt_simulation *simulation, double h, const double *v, bool begins) {
-    const struct kt_contacts *c = simulation->contacts;
-    bool any = false;
-    for (int k = 0; k < c->sides; k++) {
-        if (simulation->moreau->item_of[k] != KT_MOREAU_NO_PART || kt_contact_is_released(&c->item[k]) ||
+/* Adds contacts that take part, with the equations of their friction; begins: including the contacts of the last step.
+ * *any: whether there are some. */
+static kt_status list_closing(kt_simulation *simulation, double h, const double *v, bool begins, bool *any,
+                              kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    const kt_moreau *m = simulation->moreau;
+    const kt_dynamic_state at = {.t = m->t, .q = m->y, .v = v};
+    kt_status status = KT_OK;
+    *any = false;
+    for (int k = 0; status == KT_OK && k < c->sides; k++) {
+        if (m->item_of[k] != KT_MOREAU_NO_PART || kt_contact_is_released(&c->item[k]) ||
             !(is_closing(simulation, k, h) || (begins && was_closed(simulation, k, v))))
             continue;
+        if (c->item[k].of >= 0)
+            status = find_item(c, c->item[k].of, &at, error);
         set_law(simulation, add_moreau_item(simulation, k, v), h);
-        any = true;
+        *any = true;
     }
-    return any;
+    return status;
 }
 
 /* The largest depth of a contact in the position at which the step evaluates gaps (m or rad). */
@@ -341,7 +411,7 @@ kt_status kt_moreau_begin(kt_simulation *simulation, double t, const double *v, 
     assert(isfinite(t));
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
-    kt_status status = kt_contacts_find_equations(c, simulation->model, t, m->y, v, true, error);
+    kt_status status = kt_moreau_find_gaps(c, simulation->model, &(kt_dynamic_state){t, m->y, v, NULL, NULL}, error);
     if (status != KT_OK)
         return status;
     m->counts.penetration = depth_of(c);
@@ -410,13 +480,14 @@ kt_status kt_moreau_add_closing(kt_simulation *simulation, double h, const doubl
     const bool begins = simulation->moreau->count == simulation->moreau->dry;
     const int from = simulation->moreau->count;
     bool spares = false;
-    *any = list_closing(simulation, h, v, begins);
-    kt_status status = *any ? respond_to_rows(simulation, error) : KT_OK;
+    kt_status status = list_closing(simulation, h, v, begins, any, error);
+    if (status == KT_OK && *any)
+        status = respond_to_rows(simulation, error);
     if (status == KT_OK && *any && open_model(simulation)->n.group > 0)
         status = spare_held_items(simulation, from, &spares, error);
     if (status != KT_OK || !spares)
         return status;
     drop_items(simulation, from);
-    *any = list_closing(simulation, h, v, begins);
-    return *any ? respond_to_rows(simulation, error) : KT_OK;
+    status = list_closing(simulation, h, v, begins, any, error);
+    return status == KT_OK && *any ? respond_to_rows(simulation, error) : status;
 }

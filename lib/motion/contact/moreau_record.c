@@ -59,7 +59,8 @@ kt_status kt_moreau_begin_record(kt_simulation *simulation, double t, kt_error *
     kt_moreau *m = simulation->moreau;
     const size_t nv = simulation->size.nv, body = simulation->size.body;
     const double *q = simulation->y, *v = q + simulation->size.nq;
-    const kt_status status = kt_contacts_find_equations(c, simulation->model, t, q, v, true, error);
+    const kt_dynamic_state at = {.t = t, .q = q, .v = v};
+    const kt_status status = kt_moreau_find_gaps(c, simulation->model, &at, error);
     if (status != KT_OK)
         return status;
     find_contact_multipliers(simulation);

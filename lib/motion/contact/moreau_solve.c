@@ -25,7 +25,8 @@ static void write_block(const kt_simulation *simulation, int i, int k, int strid
     const kt_moreau *m = simulation->moreau;
     const int rows = posed_rows(m, m->chosen[i]), columns = posed_rows(m, m->chosen[k]);
     const int a = m->first[m->chosen[i]] - c->selected->row, b = m->first[m->chosen[k]] - c->selected->row;
-    for (int r = 0; r < rows; r++)
+    const bool couples = kt_moreau_couples(m, m->chosen[i], m->chosen[k]);
+    for (int r = 0; couples && r < rows; r++)
         for (int s = 0; s < columns; s++)
             W[r * stride + s] = kt_moreau_entry(c, a + r, b + s);
 }

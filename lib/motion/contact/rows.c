@@ -108,19 +108,6 @@ void kt_contacts_write_row(const struct kt_contacts *c, int k, double *row) {
         row[line.v[j]] = line.sign * line.row[line.at[j]];
 }
 
-void kt_contacts_multiply(const struct kt_contacts *c, int k, int from, double *row) {
-    const kt_contact_line line = kt_contacts_line(c, k);
-    const size_t nv = c->all->n.v;
-    for (int i = from; i < c->touching; i++)
-        row[i] = 0.0;
-    for (int j = 0; j < line.count; j++) {
-        const double x = line.sign * line.row[line.at[j]],
-                     *response = c->response + (size_t)from * nv + (size_t)line.v[j];
-        for (int i = from; x != 0.0 && i < c->touching; i++, response += nv)
-            row[i] += x * *response;
-    }
-}
-
 double kt_contacts_along(const struct kt_contacts *c, int k, const double *x) {
     const kt_contact_line line = kt_contacts_line(c, k);
     double sum = 0.0;

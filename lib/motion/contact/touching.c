@@ -82,11 +82,10 @@ kt_status kt_contacts_find_response(kt_simulation *simulation, const kt_model *o
         status = kt_mass_inverse_apply(inverse, columns, c->response, error);
     for (int i = 0; status == KT_OK && i < c->islands; i++) {
         (void)kt_contacts_select(c, i);
+        const bool whole = kt_contacts_are_stored(c);
         for (int k = 0; k < c->touching; k++)
-            if (kt_contacts_are_stored(c))
-                kt_contacts_multiply(c, k, 0, c->W + (ptrdiff_t)k * c->touching);
-            else
-                c->W[k] = kt_contacts_product(c, k, k);
+            for (int r = whole ? 0 : k; r < (whole ? c->touching : k + 1); r++)
+                c->W[whole ? (ptrdiff_t)k * c->touching + r : k] = kt_contacts_product(c, k, r);
     }
     return status;
 }

@@ -6,6 +6,9 @@
 #include "linkage.h"
 #include "tangle.h"
 
+#include "evaluate/evaluate.h"
+#include "reduction/kernel.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -160,6 +163,85 @@ KT_TEST(rows_of_a_loop_do_not_depend_on_other_loops) {
     kt_check_above("rows", (double)rows, 300.0);
     kt_check_equal_int("loops that are not found, or not where their rows are", astray, 0);
     kt_check_equal_int("rows that differ", differ, 0);
+}
+
+/* The equations of all loops by groups, of the loops together or one after the other. */
+typedef struct entries {
+    double jacobian[TANGLE_ROWS * KT_TREE_NV], residual[TANGLE_ROWS], rate[TANGLE_ROWS], drift[TANGLE_ROWS];
+} entries;
+
+/* Marks the coordinates of a loop's paths, as positions in its group. A relation may depend on all coordinates. */
+static void mark_paths(const kt_model *model, const kt_loop_record *loop, bool *on_path) {
+    for (int i = 0; i < model->group[loop->group].v_count; i++)
+        on_path[i] = loop->term_count > 0;
+    for (int end = 0; end < 2; end++)
+        for (int i = 0; i < loop->length[end]; i++) {
+            const kt_link *link = &model->link[model->path[loop->path[end] + i]];
+            for (int k = 0; k < kt_link_dofs(link); k++)
+                on_path[link->local + k] = true;
+        }
+}
+
+/* Fills loop by loop. Entries outside of the paths are NaN. Returns the largest of these entries in `all`. */
+static double fill_one_by_one(const tangle *g, const kt_dynamic_state *at, const entries *all, entries *one) {
+    double lost = 0.0;
+    const kt_model *model = g->tree.model;
+    model->group_kernels->follow(model, g->tree.data, at->q, at->v);
+    for (int l = 0; l < g->loops; l++) {
+        const kt_loop_record *loop = &model->loop[l];
+        const kt_group *group = &model->group[loop->group];
+        bool on_path[KT_TREE_NV];
+        mark_paths(model, loop, on_path);
+        for (int r = 0; r < loop->row_count; r++)
+            for (int i = 0; i < group->v_count; i++) {
+                const size_t entry = kt_loop_entry(group, loop, r) + (size_t)i;
+                one->jacobian[entry] = on_path[i] ? 0.0 : (double)NAN;
+                lost = fmax(lost, on_path[i] ? 0.0 : fabs(all->jacobian[entry]));
+            }
+        kt_loop_entries_of(model, g->tree.data, at, l, one->jacobian, one->residual, one->rate, one->drift);
+    }
+    return lost;
+}
+
+/* The largest difference, relative to 1 and the numbers. NaN in b is left out of a. */
+static double largest_difference(const double *a, const double *b, size_t n) {
+    double most = 0.0;
+    for (size_t i = 0; i < n; i++)
+        if (!isnan(b[i]) || isnan(a[i]))
+            most = fmax(most, fabs(a[i] - b[i]) / fmax(1.0, fabs(a[i])));
+    return most;
+}
+
+/* Time stepping fills the equations of contacts one by one. With dense matrices the bits are those of all loops; fronts
+ * compute the entries as products. */
+KT_TEST(a_loop_alone_has_the_equations_that_all_have) {
+    static tangle g;
+    static entries all, one;
+    static const char *const name[] = {"in space", "in the plane", "fronts in space", "fronts in the plane"};
+    kt_random random = kt_random_of_test();
+    for (int p = 0; p < 4; p++) {
+        tangle_plan plan = p % 2 == 0 ? tangle_plan_default() : tangle_plan_planar();
+        const double bound = p < 2 ? 0.0 : 1e-14;
+        double worst = 0.0, lost = 0.0;
+        plan.options.structure = p < 2 ? KT_STRUCTURE_DENSE : KT_STRUCTURE_FRONTS;
+        for (int i = 0; i < 20; i++) {
+            kt_error e = {0};
+            tangle_grow(&g, &plan, &random);
+            const kt_dynamic_state at = {.t = g.t, .q = g.q, .v = g.v};
+            const kt_counts *n = &g.tree.model->n;
+            kt_need_fine(
+                "entries",
+                kt_loop_entries(g.tree.model, g.tree.data, &at, all.jacobian, all.residual, all.rate, all.drift, &e),
+                &e);
+            lost = fmax(lost, fill_one_by_one(&g, &at, &all, &one));
+            worst = fmax(worst, largest_difference(all.jacobian, one.jacobian, n->entry));
+            worst = fmax(worst, largest_difference(all.residual, one.residual, n->row));
+            worst = fmax(worst, largest_difference(all.rate, one.rate, n->row));
+            worst = fmax(worst, largest_difference(all.drift, one.drift, n->row));
+        }
+        kt_check_below(name[p], worst, bound);
+        kt_check_below("entries outside of the paths", lost, bound);
+    }
 }
 
 /* A four-bar in the plane, closed by a revolute joint: three of the five equations are void and read as zeros. */
