@@ -89,6 +89,28 @@ KT_TEST(a_ball_bounces_and_rests) {
     }
 }
 
+/* A slider and the arm that it carries fall on the ground. Each impulse changes the rates of both contacts. */
+KT_TEST(contacts_of_two_links_of_one_branch_come_to_rest) {
+    static const char arm[] =
+        "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+        "  - {name: a, joint: {type: prismatic, axis: z, position: 0.3}, mass: 2, markers: {c: [0, 0, 0]}}\n"
+        "  - {name: b, parent: a, joint: {type: revolute, axis: y, position: -0.1}, mass: 1, com: [0.5, 0, 0],\n"
+        "     inertia: [0.1, 0.1, 0.1], markers: {c: [1, 0, 0]}}\n"
+        "effects:\n"
+        "  - {name: ca, type: contact, point: a.c, plane: {body: world}, axis: z, restitution: 0}\n"
+        "  - {name: cb, type: contact, point: b.c, plane: {body: world, at: [0, 0, 0.05]}, axis: z, restitution: 0}\n";
+    kt_stepped s;
+    begin(arm, 1e-3, &s);
+    advance(&s, 2.0);
+    const double *q = kt_simulation_positions(s.simulation), *v = kt_simulation_velocities(s.simulation);
+    const kt_contact_counts counts = kt_simulation_contacts(s.simulation);
+    kt_check_near("height of the slider", q[0], 0.0, 1e-12);
+    kt_check_near("height of the arm's end", q[0] - sin(q[1]), 0.05, 1e-12);
+    kt_check_below("speed", fmax(fabs(v[0]), fabs(v[1])), 1e-12);
+    kt_check_below("penetration in a step", counts.penetration, 1e-5);
+    kt_check_equal_int("failures", (long long)counts.failures, 0);
+}
+
 static int tenths_of(const kt_instant *at, double *value, kt_error *error, void *user) {
     (void)error, (void)user;
     *value = sin(10.0 * at->t - 0.0123);
