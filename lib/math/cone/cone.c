@@ -51,14 +51,14 @@ static void bracket_turn(const double *w, const double *q, double mu, double a, 
 /* Computes x of one contact that slips: the root next to the angle `from`, or 0 without a root. Parts of the circle are
  * searched from this angle outwards. */
 static void slip_one(const double *w, const double *q, double mu, double from, double *x) {
-    enum { PARTS = 12 };
+    enum { PARTS = 12, MIDDLE = PARTS / 2 };
     static const double pi = 3.14159265358979323846;
     double y[3], along[PARTS + 1], turn[PARTS + 1], far = (double)INFINITY;
     memset(x, 0, 3 * sizeof *x);
-    turn[PARTS / 2] = turn_of(w, q, mu, from - pi + 2.0 * pi * (PARTS / 2) / PARTS, y, &along[PARTS / 2]);
-    for (int ring = 0; ring < PARTS / 2 && !isfinite(far); ring++)
+    turn[MIDDLE] = turn_of(w, q, mu, from - pi + 2.0 * pi * MIDDLE / PARTS, y, &along[MIDDLE]);
+    for (int ring = 0; ring < MIDDLE && !isfinite(far); ring++)
         for (int side = 0; side < 2; side++) {
-            const int k = side == 0 ? PARTS / 2 - 1 - ring : PARTS / 2 + ring, end = k + side;
+            const int k = side == 0 ? MIDDLE - 1 - ring : MIDDLE + ring, end = k + side;
             const double a = from - pi + 2.0 * pi * k / PARTS, b = from - pi + 2.0 * pi * (k + 1) / PARTS,
                          mid = 0.5 * (a + b);
             turn[end] = turn_of(w, q, mu, side == 0 ? a : b, y, &along[end]);
