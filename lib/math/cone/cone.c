@@ -233,7 +233,7 @@ static void scale_problem(kt_cone *cone, const kt_cone_problem *problem, const d
         cone->x[r] = p[r] / cone->scale[r / 3];
         rate = fmax(rate, fabs(cone->b[r]));
     }
-    if (problem->W != cone->W)
+    if (m > 0 && problem->W != cone->W) /* both are NULL without contacts */
         memcpy(cone->W, problem->W, (size_t)(m * m) * sizeof *cone->W);
     kt_cone_list_blocks(cone);
     for (int r = 0; r < m; r++)

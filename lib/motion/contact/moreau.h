@@ -103,8 +103,6 @@ static inline double kt_moreau_entry(const struct kt_contacts *c, int i, int k) 
            : i <= k              ? kt_contacts_product(c, i, k)
                                  : kt_contacts_product(c, k, i);
 }
-/* Adds a multiple of the response to row r of item i, which is in the selected island, to velocities
- * (moreau_items.c). */
 /* Computes the gaps of all contacts, and the equations of all items but friction of contacts (moreau_items.c). */
 KT_CHECKED kt_status kt_moreau_find_gaps(struct kt_contacts *c, const kt_model *model, const kt_dynamic_state *at,
                                          kt_error *error);
@@ -112,6 +110,8 @@ KT_CHECKED kt_status kt_moreau_find_gaps(struct kt_contacts *c, const kt_model *
 static inline bool kt_moreau_couples(const kt_moreau *m, int i, int k) {
     return (m->branches[i] & m->branches[k]) != 0;
 }
+/* Adds a multiple of the response to row r of item i, which is in the selected island, to velocities
+ * (moreau_items.c). */
 void kt_moreau_add_response(const kt_simulation *simulation, int i, int r, double p, double *v);
 
 /* Parts of a step, with the middle in m->y and the velocities v at the beginning (moreau_items.c, moreau_solve.c).
