@@ -30,9 +30,9 @@ KT_INLINE void inertial_wrench(const kt_link *link, const kt_link_motion *m, kt_
 }
 
 /* Adds the wrench that a link passes to its parent. */
-KT_INLINE void add_carried_wrench(kt_link_origin *to, const kt_link_origin *from) {
-    to->moment = kt_add3(to->moment, from->moment);
-    to->force = kt_add3(to->force, from->force);
+KT_INLINE void add_carried_wrench(kt_link_origin *to, kt_real3 moment, kt_real3 force) {
+    to->moment = kt_add3(to->moment, moment);
+    to->force = kt_add3(to->force, force);
 }
 
 void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v,
@@ -60,7 +60,7 @@ void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const kt_real1 
     }
     if (external)
         kt_external_subtract(model, data, external);
-    kt_link_origin carried = {.moment = kt_zero3(), .force = kt_zero3()};
+    kt_real3 moment = kt_zero3(), force = moment;
     for (size_t i = count - 1; i > 0; i--) {
         const kt_link *link = &model->link[i];
         const kt_link_motion *m = &motion[i];
@@ -70,12 +70,13 @@ void KT_KERNEL(kt_inverse)(const kt_model *model, kt_data *data, const kt_real1 
         }
         kt_link_origin *own = &load[i];
         if (link->leads)
-            add_carried_wrench(own, &carried);
-        carried = *own;
+            add_carried_wrench(own, moment, force);
+        moment = own->moment;
+        force = own->force;
         kt_dof_projection p = {.load = own, .tau = &tau[link->v]};
         kt_dofs_visit(link, motion[link->parent].axes, m->axes, kt_project_wrench, &p);
-        carried.moment = kt_add3(carried.moment, kt_cross3(m->offset, carried.force));
+        moment = kt_add3(moment, kt_cross3(m->offset, force));
         if (!link->follows)
-            add_carried_wrench(&load[link->parent], &carried);
+            add_carried_wrench(&load[link->parent], moment, force);
     }
 }
