@@ -2,7 +2,6 @@
  * by zeros, and write results only when these are complete. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/dynamics.h"
-#include "base/copy.h"
 #include "base/where.h"
 #include "dynamics/aba_inverse.h"
 #include "dynamics/dynamics.h"
@@ -71,7 +70,8 @@ kt_status kt_result_reject(const kt_model *model, const double *result, const ch
 kt_status kt_commit(const kt_model *model, const kt_input *input, const double *from, double *to, const char *what,
                     kt_error *error) {
     if (kt_all_finite(from, model->n.v)) {
-        kt_copy(to, from, model->n.v * sizeof *to); /* `to` may be NULL if nothing moves */
+        if (model->n.v > 0) /* `to` may be NULL otherwise */
+            memcpy(to, from, model->n.v * sizeof *to);
         return KT_OK;
     }
     const kt_status status = input ? kt_input_check(model, input, error) : KT_OK;
@@ -126,16 +126,10 @@ kt_status kt_forward_tree(const kt_model *model, kt_data *data, const kt_dynamic
     const kt_input input = {.q = at->q, .v = at->v, .x = at->tau, .what = "force", .external = at->external};
     const size_t failed = model->kernels->forward(model, data, at->q, at->v ? at->v : model->zero,
                                                   at->tau ? at->tau : model->zero, at->external, data->scratch);
-    if (!failed && kt_all_finite(data->scratch, model->n.v)) {
-        if (model->n.v > 0) /* `a` may be NULL otherwise */
-            memcpy(a, data->scratch, model->n.v * sizeof *a);
-        return KT_OK;
-    }
+    if (!failed)
+        return kt_commit(model, &input, data->scratch, a, "acceleration", error);
     const kt_status status = kt_input_check(model, &input, error);
-    if (status != KT_OK)
-        return status;
-    return failed ? kt_link_reject_inertia(model, failed, error)
-                  : kt_result_reject(model, data->scratch, "acceleration", error);
+    return status == KT_OK ? kt_link_reject_inertia(model, failed, error) : status;
 }
 
 kt_status kt_inverse_trusted(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,

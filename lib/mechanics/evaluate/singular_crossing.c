@@ -490,7 +490,7 @@ static size_t choose_acceleration(crossing *c, bool lost) {
 }
 
 size_t kt_crossing_accelerate(const kt_model *model, kt_data *data, const kt_dynamic_state *at, size_t failed) {
-    const bool is_lost = failed || is_singular(model, data);
+    const bool is_lost = is_singular(model, data);
     crossing c = {.model = model, .data = data, .at = *at, .driven = model->driven};
-    return failed && !is_singular(model, data) ? failed : choose_acceleration(&c, is_lost);
+    return failed && !is_lost ? failed : choose_acceleration(&c, is_lost);
 }

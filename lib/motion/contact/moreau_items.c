@@ -2,6 +2,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "contact/moreau.h"
 
+#include "algebra/finite.h"
 #include "base/copy.h"
 #include "control/mass_inverse.h"
 #include "dynamics/dynamics.h"
@@ -36,22 +37,22 @@ void kt_moreau_add_response(const kt_simulation *simulation, int i, int r, doubl
 static kt_status find_item(struct kt_contacts *c, int k, const kt_dynamic_state *at, kt_error *error) {
     const kt_contact *item = &c->item[k];
     const kt_loop_record *loop = &c->all->loop[item->loop];
-    double sum = 0.0; /* of differences x - x, which are 0 if x is finite */
+    bool fine = true;
     for (int r = 0; r < loop->row_count; r++) {
         double *row = c->jacobian + kt_loop_entry(&c->all->group[loop->group], loop, r);
         for (int j = 0; j < item->count; j++)
             row[c->local[item->first + j]] = 0.0;
     }
     kt_loop_entries_of(c->all, c->data, at, item->loop, c->jacobian, c->row, c->rate, c->drift);
+    const double *const number[] = {c->row, c->rate, c->drift};
+    for (size_t i = 0; i < sizeof number / sizeof *number; i++)
+        fine = kt_all_finite(number[i] + loop->equation, (size_t)loop->row_count) && fine;
     for (int r = 0; r < loop->row_count; r++) {
         const kt_contact_line line = kt_contact_line_of(c, item, r);
-        const double *number[3] = {c->row, c->rate, c->drift};
-        for (int i = 0; i < 3; i++)
-            sum += number[i][loop->equation + r] - number[i][loop->equation + r];
         for (int j = 0; j < line.count; j++)
-            sum += line.row[line.at[j]] - line.row[line.at[j]];
+            fine = isfinite(line.row[line.at[j]]) && fine;
     }
-    return sum == 0.0 ? KT_OK : kt_loop_entries(c->all, c->data, at, c->jacobian, c->row, c->rate, c->drift, error);
+    return fine ? KT_OK : kt_loop_entries(c->all, c->data, at, c->jacobian, c->row, c->rate, c->drift, error);
 }
 
 kt_status kt_moreau_find_gaps(struct kt_contacts *c, const kt_model *model, const kt_dynamic_state *at,

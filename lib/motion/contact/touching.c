@@ -83,9 +83,12 @@ kt_status kt_contacts_find_response(kt_simulation *simulation, const kt_model *o
     for (int i = 0; status == KT_OK && i < c->islands; i++) {
         (void)kt_contacts_select(c, i);
         const bool whole = kt_contacts_are_stored(c);
-        for (int k = 0; k < c->touching; k++)
-            for (int r = whole ? 0 : k; r < (whole ? c->touching : k + 1); r++)
-                c->W[whole ? (ptrdiff_t)k * c->touching + r : k] = kt_contacts_product(c, k, r);
+        for (int k = 0; k < c->touching; k++) {
+            for (int r = 0; whole && r < c->touching; r++)
+                c->W[(ptrdiff_t)k * c->touching + r] = kt_contacts_product(c, k, r);
+            if (!whole)
+                c->W[k] = kt_contacts_product(c, k, k);
+        }
     }
     return status;
 }
