@@ -27,8 +27,8 @@ static void write_terms(kt_export *x, const kt_loop *loop, int but, double facto
     }
 }
 
-/* Writes the fixed tendon for the slider of body i, which represents a sum of joints: the slider's forces, armature and
- * limits act on the tendon's length, which is n less an offset (see the file's head). */
+/* The slider of body i represents a sum of joints. Writes a fixed tendon in its place. The slider's forces, armature
+ * and limits act on the tendon's length, which is n less an offset (see the file's head). */
 static void write_number(kt_export *x, int i) {
     const kt_export_forces *f = &x->forces[i];
     const kt_joint *joint = &kt_export_body(x, i)->joint;

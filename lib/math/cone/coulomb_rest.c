@@ -21,8 +21,8 @@ static int rows_at_rest(const kt_coulomb *c, const kt_coulomb_solution *to, int 
     return to->mode[i] != KT_COULOMB_STICK ? 0 : c->item[i].type == KT_COULOMB_CONE ? 3 : 1;
 }
 
-/* The rate of row j due to a unit of the force in row i of an item, and due to the friction that follows this force if
- * the contact slips in a given direction. */
+/* The rate of row j due to a unit of the force in row i of an item. If the contact slips in a given direction, friction
+ * follows this force, and its rate is added. */
 static double rate_due_to(const kt_coulomb *c, const kt_coulomb_item *item, int i, int j) {
     double rate = kt_coulomb_entry(c, i, j);
     for (int k = 0; k < 2 && item->type == KT_COULOMB_SLIPS; k++)

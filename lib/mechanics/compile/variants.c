@@ -340,8 +340,8 @@ static size_t data_size_of(const compilation *c, const kt_model *model) {
     return kt_data_size(&slipping);
 }
 
-/* Adds the bits of the contacts of a model and of friction that sticks. `back`: the bits of the effects of friction
- * that are on while the joint slips backwards (switching.h). */
+/* Adds the bits of the contacts of a model and of friction that sticks. An effect of friction is on while its joint
+ * slips backwards if its bit is in `back` (switching.h). */
 static void set_contact_bits(kt_variants *variants, const kt_model *model) {
     for (int i = 0; i < (int)model->n.loop; i++) {
         const kt_loop_record *loop = &model->loop[i];

@@ -24,8 +24,8 @@ kt_status kt_inertia_reject(const char *where, kt_error *error) {
         "the mechanism has no positive inertia along one of the degrees of freedom that its loops leave");
 }
 
-/* The error of an acceleration of a mechanism with loops that is not finite or, if `failed` is not 0, of a joint of the
- * link `failed` without inertia: the input at fault, the loop of the caller's at fault, or the joint. */
+/* Explains why a mechanism with loops has no acceleration. The joint of link `failed` has no inertia or, if `failed`
+ * is 0, the acceleration is not finite. The error names the input or the loop of the caller at fault, or the joint. */
 static kt_status reject_closed_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *at, size_t failed,
                                        kt_error *error) {
     const kt_input input = {.q = at->q, .v = at->v, .x = at->tau, .what = "force or torque", .external = at->external};

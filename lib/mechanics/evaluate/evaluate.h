@@ -131,8 +131,9 @@ kt_status kt_inertia_reject(const char *where, kt_error *error);
  * from neighbouring states near a singular position. */
 kt_forward_call kt_closed_forward;
 
-/* Near a singular position: replaces the acceleration in data->scratch, which the state itself gives, by a better one
- * (singular_crossing.c). `failed` is the result of `forward` at that state, and the new result is returned. */
+/* Near a singular position, rounding spoils the acceleration that `forward` has left in data->scratch. This function
+ * replaces the acceleration by a better one (singular_crossing.c). `failed` is the result of `forward`. The new result
+ * is returned. */
 size_t kt_crossing_accelerate(const kt_model *model, kt_data *data, const kt_dynamic_state *at, size_t failed);
 
 /* The k-th loop that slips, and its name. */

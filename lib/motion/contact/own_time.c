@@ -1,8 +1,8 @@
 /* The time in which the mechanism moves by its own size. All thresholds of times and rates are parts of this time.
  *
- * Let x be the motion of every joint by its unit, 1 rad or the mechanism's length, and let a be the accelerations of
- * the mechanism without contacts, in the metric of the masses. Let u be the rate of an item, and l its unit, 1 rad or
- * the mechanism's length. The items are gaps, slip, and rates of joints with dry friction. Then
+ * Let x be the motion of every joint by its unit, 1 rad or the mechanism's length. Let a be the accelerations of the
+ * mechanism without contacts. The items are gaps, slip, and rates of joints with dry friction. Let u be the rate of an
+ * item, and l its unit. Then
  *
  *     T = min(sqrt(|x| / |a|), l / |u|),    |x|^2 = x'M x,    over all items
  *
