@@ -159,7 +159,8 @@ typedef struct kt_mechanism {
 
 /* Reads a scene (*.yaml, *.yml) or a robot (all other files), compiles it, and makes data and a simulation. Robots are
  * read with kt_robot_read and its options, which may be NULL. If run is NULL, a scene uses its own run, and a robot
- * uses the default. On failure *mechanism is untouched.
+ * uses the default. With each run, contacts are resolved as the scene states (`contact: steps`). On failure *mechanism
+ * is untouched.
  * Errors: those of kt_scene_read or kt_robot_read, kt_model_compile, kt_simulation_create and kt_scene_watch_create.
  * Messages include the position in the file if known. */
 KT_API KT_CHECKED kt_status kt_mechanism_load(const char *path, const kt_robot_options *options, const kt_run *run,

@@ -25,6 +25,7 @@ static kt_status copy_model(kt_mechanism *m, kt_error *error) {
 static kt_status build(kt_mechanism *m, const kt_run *given, kt_error *error) {
     kt_simulation_options options = kt_simulation_options_default();
     options.events = kt_scene_event_room(&m->scene);
+    options.contact = m->scene.contact;
     kt_status status = kt_model_compile(&m->scene.description, NULL, &m->compiled, error);
     if (status != KT_OK)
         (void)kt_scene_locate(&m->scene, error);

@@ -48,6 +48,32 @@ KT_TEST(one_call_reads_a_scene_and_runs_it_with_its_events) {
     (void)remove(path);
 }
 
+/* A ball falls from 0.1 m for 0.1414 s. Steps over contacts end on their grid, although this instant is not on it.
+ * Steps
+ * that end at events also end at the impact. */
+KT_TEST(a_scene_with_contact_steps_takes_fixed_steps_across_an_impact) {
+    static const char text[] = "kinetree: 1\n"
+                               "gravity: [0, 0, -10]\n"
+                               "bodies: [{name: ball, joint: {type: prismatic, axis: z, position: 0.1}, mass: 1}]\n"
+                               "effects: [{name: floor, type: contact, point: ball, plane: world, restitution: 0}]\n"
+                               "simulate: {duration: 1, step: 0.01, contact: steps}\n";
+    kt_mechanism m;
+    kt_error e = {0};
+    const char *path = written("import-mechanism-steps.yaml", text);
+    kt_status status = kt_mechanism_load(path, NULL, NULL, &m, &e);
+    kt_check_equal_int(e.message, status, KT_OK);
+    if (status != KT_OK)
+        return;
+    for (int k = 1; k <= 20 && status == KT_OK; k++) {
+        status = kt_simulation_step(m.simulation, HUGE_VAL, &e);
+        kt_check_near("time", kt_simulation_time(m.simulation), 0.01 * k, 1e-15);
+    }
+    kt_check_equal_int(e.message, status, KT_OK);
+    kt_check_near("on the floor", kt_simulation_positions(m.simulation)[0], 0.0, 1e-9);
+    kt_mechanism_free(&m);
+    (void)remove(path);
+}
+
 /* A robot's file names no method: the default, unless a run is given. Its parameters can be set. */
 KT_TEST(one_call_reads_a_robot_whose_parameters_can_be_set) {
     kt_mechanism m;
