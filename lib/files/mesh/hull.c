@@ -8,7 +8,8 @@
  * Each remaining point outside the hull is in the list of a triangle that it sees. From this triangle, a search across
  * common edges finds all other seen triangles. The points of replaced triangles are distributed among the new
  * ones: a point outside of the new hull that saw a replaced triangle sees a new one (Barber, Dobkin, Huhdanpaa,
- * doi:10.1145/235815.235821). In a random order of n points, all this takes O(n log n) operations on average.
+ * doi:10.1145/235815.235821). In a random order of n points, all this takes O(n log n) operations on average. Seen
+ * triangles and edges are sorted, so that the order of the triangles does not depend on the course of the search.
  *
  * Many points of a box or a cylinder are in one plane, where rounding decides which triangles p sees. Therefore all
  * decisions use slightly moved points. Each coordinate, as a part of its range, is moved by up to MOVE, at random.
@@ -229,7 +230,8 @@ static bool remove_seen_faces(hull *h, int point) {
     return true;
 }
 
-/* Adds the faces between a point and the edges. */
+/* Adds a face (from, to, point) for each edge. Its neighbours are the face beyond the edge, and the new faces of the
+ * edges that begin at `to` and end at `from`: the edges form one cycle, in which each vertex begins one edge. */
 static bool add_new_faces(hull *h, int point) {
     qsort(h->edges, (size_t)h->edge_count, sizeof *h->edges, compare_hull_edges);
     for (int i = 0; i < h->edge_count; i++) {

@@ -131,9 +131,9 @@ static bool coupling_is_sum(const kt_export *x, const kt_loop *loop) {
     return false;
 }
 
-/* A prescribed motion becomes a joint that is held at its start. */
-static bool hold(kt_export *x, const kt_loop *loop) {
-    if (loop->type != KT_LOOP_MOTION || kt_export_scalar(x, loop->joint) < 0)
+/* Accepts a prescribed motion of one coordinate. A motion that is not constant is lost. */
+static bool accept_motion(kt_export *x, const kt_loop *loop) {
+    if (!kt_export_is_held(x, loop))
         return false;
     if (loop->function.type != KT_FUNCTION_CONSTANT)
         kt_export_lose(x, "prescribed motions, whose joints are held at the start");
@@ -141,7 +141,7 @@ static bool hold(kt_export *x, const kt_loop *loop) {
 }
 
 static bool take_loop_of_mjcf(kt_export *x, const kt_loop *loop) {
-    if (coupling_is_sum(x, loop) || follow(x, loop, KT_ROBOT_MJCF) || tie(x, loop) || hold(x, loop))
+    if (coupling_is_sum(x, loop) || follow(x, loop, KT_ROBOT_MJCF) || tie(x, loop) || accept_motion(x, loop))
         return true;
     if (loop->type == KT_LOOP_UNIVERSAL && kt_export_has_sites(loop))
         kt_export_lose(x, "axes of universal loops, which are connected points");

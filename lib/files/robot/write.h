@@ -138,7 +138,7 @@ void kt_export_lose(kt_export *x, const char *what);
  * the coupling is none. */
 bool kt_export_polynomial(kt_export *x, const kt_loop *loop, int own, double a[5]);
 
-/* Writes a text with %s, %d and %g (print.h). In the arguments, special characters of XML are replaced. */
+/* Writes a text with %s, %d and %g (kt_print_pieces). In the arguments, special characters of XML are replaced. */
 void kt_export_print(kt_export *x, const char *format, ...) KT_PRINTF(2, 3);
 
 /* Write ` name="1 2 3"`; a number unless it is zero. */
@@ -173,16 +173,16 @@ const kt_expression *kt_export_parse(kt_export *x, const char *text, const kt_sy
 /* The action at each body; `depth` is the number of bodies around it. */
 typedef void kt_export_visit(kt_export *x, int body, int depth);
 
-/* ---- role.c ------------------------------------------------------------------------------------------------------ */
+/* ---- write_role.c ------------------------------------------------------------------------------------------------ */
 
 /* Finds the form in which each body of MJCF is written. False if there is no memory. */
 bool kt_export_find_roles(kt_export *x);
 
-/* For a slider that is a sum of joints, returns offset / c_n, its position less the length L of the tendon (role.c).
- * *own is its coefficient c_n. */
+/* For a slider that is a sum of joints, returns offset / c_n, its position less the length L of the tendon
+ * (write_role.c). *own is its coefficient c_n. */
 double kt_export_number_offset(const kt_export *x, int body, double *own);
 
-/* ---- moment.c ---------------------------------------------------------------------------------------------------- */
+/* ---- write_moment.c ---------------------------------------------------------------------------------------------- */
 
 /* An inertia that readers accept: moments about axes, which are those of the body if `is_plain`. */
 typedef struct kt_export_moments {
@@ -204,7 +204,7 @@ kt_export_moments kt_export_take_moments(kt_export *x, int i, bool moves);
 /* Finds the masses and moments that bodies are written with. False if there is no memory. */
 bool kt_export_find_inertials(kt_export *x);
 
-/* ---- start.c, mesh.c --------------------------------------------------------------------------------------------- */
+/* ---- write_start.c, write_mesh.c --------------------------------------------------------------------------------- */
 
 /* Makes x->d a copy whose joints start where assembly closes all loops. False if there is no memory. */
 bool kt_export_assemble(kt_export *x);
@@ -258,10 +258,10 @@ void kt_export_sum_range(kt_export *x, const kt_actuator *actuator);
 void kt_export_urdf(kt_export *x);
 void kt_export_mjcf(kt_export *x);
 
-/* tree.c: visits bodies within one another. The second function, if there is one, follows all that a body carries. */
+/* write_tree.c: visits bodies within one another. `end` (NULL: none) is called after the bodies that a body carries. */
 void kt_export_tree(kt_export *x, kt_export_visit *begin, kt_export_visit *end);
 
-/* mjcf_force.c: tendons, equalities, actuators, the start. */
+/* write_mjcf_force.c: tendons, equalities, actuators, the start. */
 void kt_export_tendons(kt_export *x);
 void kt_export_equalities(kt_export *x);
 void kt_export_actuators(kt_export *x);
@@ -273,6 +273,12 @@ kt_pose kt_export_pose(const kt_export *x, int body);
 /* Whether a free joint is on another body than the world: in MJCF three slides and a ball. */
 static inline bool kt_export_is_deep(const kt_export *x, int body) {
     return kt_export_body(x, body)->joint.type == KT_JOINT_FREE && x->parent[body] >= 0;
+}
+
+/* Whether a loop prescribes the motion of a joint of one coordinate. MJCF has no such motion: an equality holds the
+ * joint at its start. */
+static inline bool kt_export_is_held(const kt_export *x, const kt_loop *loop) {
+    return loop->type == KT_LOOP_MOTION && kt_export_scalar(x, loop->joint) >= 0;
 }
 
 /* Whether a loop is an equality of sites in MJCF. */

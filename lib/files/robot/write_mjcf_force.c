@@ -97,7 +97,7 @@ void kt_export_equalities(kt_export *x) {
     kt_export_print(x, "  <equality>\n");
     for (int i = 0; i < x->d->loop_count; i++) {
         const kt_loop *loop = &x->d->loops[i];
-        if (loop->type == KT_LOOP_MOTION && kt_export_scalar(x, loop->joint) >= 0)
+        if (kt_export_is_held(x, loop))
             write_held(x, loop);
         if (!kt_export_has_sites(loop))
             continue;

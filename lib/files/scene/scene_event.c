@@ -132,6 +132,14 @@ bool kt_event_value_read(kt_reader *r, const kt_scope *scope, kt_node *node, boo
     return good;
 }
 
+/* Tries the name of a state or velocity. Only engage_here sets the states of footholds, so that these are left out. */
+static void try_settable(const kt_reader *r, kt_nearest *near, const char *name) {
+    const kt_nearest before = *near;
+    (void)kt_nearest_try(near, name);
+    if (near->best != before.best && kt_foothold_named(r, near->best) != NULL)
+        *near = before;
+}
+
 /* The nearest name that an event can set. */
 static kt_phrase did_you_mean(kt_reader *r, const char *name) {
     kt_phrase phrase = {.length = 0};
@@ -139,8 +147,8 @@ static kt_phrase did_you_mean(kt_reader *r, const char *name) {
     kt_variable variable;
     for (int k = 0; kt_variable_at(r->scene->description, k, &variable) && r->effort > 0; k++)
         if (variable.type == KT_VARIABLE_STATE || variable.type == KT_VARIABLE_VELOCITY)
-            (void)kt_nearest_try(&near, kt_variable_text(r, &variable));
-    if (near.best != NULL && kt_foothold_named(r, near.best) == NULL)
+            try_settable(r, &near, kt_variable_text(r, &variable));
+    if (near.best != NULL)
         kt_phrase_add(&phrase, "; did you mean '%s'?", near.best);
     return phrase;
 }

@@ -40,7 +40,7 @@ typedef struct kt_code_closing {
     const kt_code_loop *number;
     const kt_code_places *place; /* places of the links on both paths */
     int end[2];                  /* ends of the record that count as the first, and as the second */
-    bool moves;
+    bool moves;        /* rates and right-hand sides are wanted, which need velocities and bias accelerations */
     kt_op function[3]; /* length, offset or position: its value and two derivatives by time */
     kt_op3 point[2];
     kt_op33 axes[2]; /* axes of the ends, columns */

@@ -305,13 +305,30 @@ static void move_point(const kt_code_closing *c, int k, kt_op3 *velocity, kt_op3
     *linear = kt_op3_add(g, c->linear[k], bias);
 }
 
-/* The equations of a loop between two ends. */
+/* The angular velocity of the ancestor, in its own axes. */
+static kt_op3 omega_of_ancestor(kt_code_tree *tree, int ancestor) {
+    kt_op3 omega = kt_op3_zero(tree->graph);
+    tree->graph->is_nameless = true; /* other recursions give these names */
+    kt_code_speed *all = ancestor > 0 ? kt_code_speeds(tree) : NULL;
+    tree->graph->is_nameless = false;
+    if (all != NULL)
+        omega = all[ancestor].omega;
+    return omega;
+}
+
+/* The equations of a loop between two ends. The ancestor's origin counts as at rest, but its axes turn. So both paths
+ * begin with its angular velocity, and with zero for all other rates. */
 static void add_loop_of_ends(kt_code_closing *c, kt_code_loop_rows *rows) {
     kt_graph *g = c->tree->graph;
     static const double unit[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     const int ancestor = c->record->ancestor;
     const kt_op3 zero = kt_op3_zero(g);
     kt_op3 velocity[2] = {zero, zero}, linear[2] = {zero, zero};
+    c->end[0] = c->record->type == KT_LOOP_ROLLING; /* rows of a wheel are those of its centre, seen from the plane */
+    c->end[1] = 1 - c->end[0];
+    c->omega[0] = c->omega[1] = c->moves ? omega_of_ancestor(c->tree, ancestor) : zero;
+    for (int k = 0; k < 2; k++)
+        c->velocity[k] = c->alpha[k] = c->linear[k] = zero;
     c->u = c->bias = zero;
     c->place->turn[ancestor] = kt_op33_of(g, unit);
     c->place->position[ancestor] = kt_op3_zero(g);
@@ -400,17 +417,6 @@ static void add_relation(kt_code_closing *c, kt_code_loop_rows *rows) {
 
 /* ---- all loops --------------------------------------------------------------------------------------------------- */
 
-/* The angular velocity of the ancestor, in its own axes. */
-static kt_op3 omega_of_ancestor(kt_code_tree *tree, int ancestor) {
-    kt_op3 omega = kt_op3_zero(tree->graph);
-    tree->graph->is_nameless = true; /* other recursions give these names */
-    kt_code_speed *all = ancestor > 0 ? kt_code_speeds(tree) : NULL;
-    tree->graph->is_nameless = false;
-    if (all != NULL)
-        omega = all[ancestor].omega;
-    return omega;
-}
-
 /* A function of time belongs to the function of the file that reads it. */
 static void set_function_of_loop(kt_code_closing *c) {
     kt_graph *g = c->tree->graph;
@@ -436,12 +442,6 @@ static void add_code_loop(kt_code_tree *tree, int index, const kt_code_places *p
         add_relation(&c, rows);
         return;
     }
-    c.end[0] = c.record->type == KT_LOOP_ROLLING; /* rows of a wheel are those of its centre, seen from the plane */
-    c.end[1] = 1 - c.end[0];
-    c.omega[0] = moves ? omega_of_ancestor(tree, c.record->ancestor) : kt_op3_zero(g);
-    c.omega[1] = c.omega[0];
-    for (int k = 0; k < 2; k++)
-        c.velocity[k] = c.alpha[k] = c.linear[k] = kt_op3_zero(g);
     add_loop_of_ends(&c, rows);
 }
 

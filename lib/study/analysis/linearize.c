@@ -194,10 +194,12 @@ static void fill_marker_jacobian(kt_linearization *l, size_t m) {
 }
 
 /* Computes the change of the marker velocities J(q) v along (dq, dv), J dv + B(v, dq). Here B(v, w) is (dJ along w) v.
- * The bracket [v, w] is w x v of the rotations. The kinematic queries yield
+ * A point p of a body that v rotates has the velocity R (v x p), so that B(v, w) = R (w x (v x p)). By Jacobi's
+ * identity, B(v, w) - B(w, v) = J (w x v) of the rotations, and w x v = C(v) w. The kinematic queries yield B(v, v):
  *
- *     B(v, v) = J' v,   B(v, w) - B(w, v) = J [w, v]
- *     B(v, w) = (B(v + w, v + w) - B(v - w, v - w)) / 4 + J [w, v] / 2 */
+ *     B(v, v) = J' v,   B(v, dq) = (B(v + dq, v + dq) - B(v - dq, v - dq)) / 4 + J C(v) dq / 2
+ *
+ * speed: the largest velocity of the state; 0 if it rests, so that B is 0. */
 static kt_status differentiate_markers(kt_linearization *l, const double *dq, const double *dv, double speed,
                                        double *derivative, double *derivative_error, kt_error *error) {
     const size_t nv = l->size.v;

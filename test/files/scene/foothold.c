@@ -499,6 +499,8 @@ KT_TEST(wrong_footholds_name_the_fault_and_the_mend) {
          "'hold_x' holds the place of the loop 'hold'"},
         {"{name: hold, type: weld, between: [world, foot]}", "[{set: {hold_rz: 1}}, {engage_here: hold}]",
          "use {engage_here: hold}"},
+        {"{name: hold, type: weld, between: [world, foot]}", "[{engage_here: hold}, {set: {hold_xy: 1}}]",
+         "there is no parameter, state or velocity 'hold_xy'; did you mean 'cold_xyz'?"},
         {"{name: gain, type: weld, between: [world, foot]}", "{engage_here: gain}",
          "makes the state 'gain_x', which is one of `parameters`"},
         {"{name: angle, type: weld, between: [world, foot]}", "{engage_here: angle}",
@@ -512,7 +514,7 @@ KT_TEST(wrong_footholds_name_the_fault_and_the_mend) {
         (void)snprintf(
             text, sizeof text,
             "kinetree: 1\nparameters: {gain_x: 2}\nexpressions: {angle_rx: 2*t}\n"
-            "states: {heat_z: {rate: \"angle_rx + gain_x\"}}\nbodies:\n"
+            "states: {heat_z: {rate: \"angle_rx + gain_x\"}, cold_xyz: {rate: \"0\"}}\nbodies:\n"
             "  - {name: foot, joint: {type: free}, mass: 1, inertia: [1, 1, 1], markers: {sole: [0, 0, 0]}}\n"
             "  - {name: other, joint: {type: free}, mass: 1, inertia: [1, 1, 1]}\n"
             "  - {name: slide, joint: {type: prismatic}, mass: 1}\n"
