@@ -445,8 +445,8 @@ typedef struct kt_contact_counts {
     uint64_t redundant;           /* of `undecided`: contacts share a load in several ways, and friction depends on the
                                      shares; as on the corners of a face that slide in different directions */
     double undecided_time;        /* s, of the first instant that `undecided` counts; 0: none */
-    double dropped;     /* m/s or rad/s: 100,000 impacts at one instant did not lose this speed, which contacts
-                                     then removed; 0: none */
+    double dropped;     /* m/s: 100,000 impacts at one instant did not lose this speed, which contacts then removed; a
+                           stop turns a body at the mechanism's length; 0: none */
     uint64_t completed; /* fixed steps that a time step completed (kt_simulation_options.step_evaluations) */
     int undecided_loop; /* one of its contacts: its loop in the simulation's model (kt_loop_name) */
 } kt_contact_counts;

@@ -100,7 +100,8 @@ static void take_smaller_unit(struct kt_contacts *c, size_t nv) {
     c->window /= unit;
 }
 
-/* The rows that touch, their W and their rates. *approach: the largest speed at which one of them closes. */
+/* The rows that touch, their W and their rates. *approach: the largest speed at which one of them closes, in its
+ * units per s. */
 static kt_status find_struck(kt_simulation *simulation, const kt_model *open, double t, double *approach,
                              kt_error *error) {
     const double *q = kt_integrator_state(simulation->integrator);
@@ -141,6 +142,6 @@ kt_status kt_contacts_accumulate(kt_simulation *simulation, const kt_model *open
     if (status == KT_OK)
         status = find_struck(simulation, open, t, &approach, error);
     if (c->rests)
-        simulation->memory.contacts.dropped = fmax(simulation->memory.contacts.dropped, approach);
+        simulation->memory.contacts.dropped = fmax(simulation->memory.contacts.dropped, approach * c->all->length);
     return status;
 }

@@ -94,7 +94,7 @@ typedef struct kt_contact_island {
     int stored;                     /* W is stored if at most so many rows touch */
     int touching, meeting, resting; /* rows; the first `meeting` rows bound a side, */
     int known;                      /* for time stepping: rows with a response */
-    double approach;                /* the largest speed at which a gap closes */
+    double approach;                /* the largest speed at which a gap closes, in its units per s */
     bool jams;                      /* an impulse without a collision has stopped slip */
 } kt_contact_island;
 
@@ -458,7 +458,8 @@ KT_CHECKED kt_status kt_contacts_find_free(kt_simulation *simulation, double t, 
  * in which contacts close. Then u becomes u+, and c->v the velocities after the impact. *lost grows by the dissipated
  * kinetic energy. */
 KT_CHECKED kt_status kt_contacts_apply_impact(kt_simulation *simulation, double t, double *lost, kt_error *error);
-/* Finds the rates c->u of all rows that touch, in c->v. Returns the largest speed at which a gap closes. */
+/* Finds the rates c->u of all rows that touch, in c->v. Returns the largest speed at which a gap closes, in its
+ * units per s. */
 double kt_contacts_find_rates(kt_simulation *simulation);
 /* Applies impacts that accumulate at the present instant, in the time c->window (accumulate.c). Then rows, W and rates
  * are those of the contacts that touch behind them. Requires the equations, and accelerations between the impacts in

@@ -104,7 +104,8 @@ double kt_contacts_find_rates(kt_simulation *simulation) {
             c->u[i] = kt_contact_rate(c, c->W, i, &size);
             if (fabs(c->u[i]) <= kt_contact_rounding * size)
                 c->u[i] = 0.0;
-            c->selected->approach = i < c->meeting ? fmax(c->selected->approach, -c->u[i]) : c->selected->approach;
+            if (i < c->meeting)
+                c->selected->approach = fmax(c->selected->approach, -c->u[i] / c->item[c->list[i]].unit);
         }
         kt_contacts_find_grazing(simulation, c->u);
         for (int i = 0; c->selected->approach > 0.0 && i < c->meeting;

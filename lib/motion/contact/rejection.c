@@ -34,14 +34,19 @@ static const double lever = 1e-9;
 /* Contradicting equations leave at least this part of the speed. */
 static const double left = 1e-3;
 
-/* Returns the contact of all islands that closes fastest; *speed: its speed, at least 0. */
+/* The rate of the gap of row i, relative to its unit, 1/s: stops in radians and contacts in metres are compared. */
+static double relative_rate(const struct kt_contacts *c, int i, const double *v) {
+    return kt_contacts_rate(c, c->list[i], c->component[i], v) / c->item[c->list[i]].unit;
+}
+
+/* Returns the contact of all islands that closes fastest; *speed: its speed relative to its unit, at least 0. */
 static int find_fastest(struct kt_contacts *c, const double *v, double *speed) {
     int fastest = 0;
     *speed = 0.0;
     for (int k = 0; k < c->islands; k++) {
         (void)kt_contacts_select(c, k);
         for (int i = 0; i < c->meeting; i++) {
-            const double rate = kt_contacts_rate(c, c->list[i], c->component[i], v);
+            const double rate = relative_rate(c, i, v);
             fastest = -rate > *speed ? c->list[i] : fastest;
             *speed = fmax(*speed, -rate);
         }
@@ -53,13 +58,13 @@ static kt_where_text name_contact(const kt_simulation *simulation, int contact, 
     return kt_where_at("contact", kt_loop_name(simulation->model, simulation->contacts->item[contact].loop), t);
 }
 
-/* Returns the largest violation of the velocity equations after a projection. */
+/* Returns the largest violation of the velocity equations after a projection, relative to their units, 1/s. */
 static double violation_of(const kt_model *model, const kt_data *data) {
     double most = 0.0;
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
         for (int r = 0; r < w.k; r++)
-            most = fmax(most, fabs(w.right[r]));
+            most = fmax(most, fabs(w.right[r]) / w.scale[r]);
     }
     return most;
 }
@@ -79,7 +84,7 @@ static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) 
     for (int k = 0; k < c->islands; k++) {
         (void)kt_contacts_select(c, k);
         for (int i = 0; i < c->meeting; i++)
-            if (kt_contacts_rate(c, c->list[i], c->component[i], from) <= rounding * speed)
+            if (relative_rate(c, i, from) <= rounding * speed)
                 c->item[c->list[i]].next = KT_CONTACT_ON;
     }
     const kt_model *closed = kt_contacts_model(simulation, true);
@@ -96,7 +101,7 @@ static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) 
                    "a prescribed motion drives it through its boundary at %.3g (m/s or rad/s), and no impulse can "
                    "stop this motion; end the motion earlier, apply it through a spring (joint_spring), or use an "
                    "elastic stop or contact (stiffness). These loops contradict each other",
-                   speed);
+                   speed * c->item[fastest].unit);
     (void)kt_open_loops_error(closed, simulation->data, t, what, true, &found);
     (void)kt_error_set(error, KT_ERROR_CONSTRAINT, name_contact(simulation, fastest, t).text, "%s", found.message);
     return true;
