@@ -162,8 +162,7 @@ static inline void kt_add_columns(const double *matrix, size_t rows, size_t n, d
             y[i] += factor * matrix[k * rows + i] * x[k];
 }
 
-/* ---- probe_difference.c
- * ------------------------------------------------------------------------------------------------ */
+/* ---- probe_difference.c ------------------------------------------------------------------------------------------ */
 
 /* Derivatives of the probe along l->direction and their estimated errors (f numbers each), from steps `first`, first /
  * 2, ... */

@@ -68,6 +68,7 @@ typedef struct search {
 
 /* ---- matrices ---------------------------------------------------------------------------------------------------- */
 
+/* Lists the coordinates in which columns of E may have entries other than 0 and 1 (dot_column). */
 static void find_dependents(search *s) {
     s->dependents = 0;
     for (size_t i = 0; i < s->l->size.v; i++)
@@ -256,6 +257,7 @@ static bool solve_equilibrium_step(const search *s, double stiff) {
 
 /* ---- steps ------------------------------------------------------------------------------------------------------- */
 
+/* |x|^2 in units. */
 static double sum_of_squares(const kt_linearization *l, const double *x) {
     double sum = 0.0;
     for (size_t i = 0; i < l->size.v; i++)
@@ -401,6 +403,7 @@ static const char *fastest_joint_of(const kt_linearization *l, const double *x, 
     return name;
 }
 
+/* Reports the joint that is farthest from rest. limited: the search has ended at its largest number of steps. */
 static kt_status give_up(const search *s, int steps, bool limited, double path, kt_error *error) {
     double acceleration;
     const char *unit, *name = fastest_joint_of(s->l, s->l->a0, &acceleration, &unit);

@@ -2,10 +2,9 @@
  *
  * Small differences from a motion of period T follow dx(T) = Phi dx(0). Phi, the monodromy matrix, is the product of
  * the exact derivatives of the steps that make up the period (kt_step_derivatives). The product therefore has the error
- * of the method and none of differences. The eigenvalues of the matrix mu are the multipliers: a difference grows from
- * period to period by
- * |mu|. The rate of growth is log |mu| / T. The frequency is arg mu / (2 pi T), up to a multiple of 1 / T, which
- * nothing distinguishes.
+ * of the method and none of differences. The eigenvalues mu of Phi are the multipliers: a difference grows by |mu|
+ * from period to period. The rate of growth is log |mu| / T. The frequency is arg mu / (2 pi T), up to a multiple of
+ * 1 / T, which nothing distinguishes.
  *
  * Differences that the loops forbid have the multiplier 0: the projection of the last step removes them. For each
  * independent equation, the smallest multiplier is left out.
@@ -135,6 +134,8 @@ static void multiply_monodromy(kt_floquet *f, double *phi) {
     kt_copy(phi, f->product, n * n * sizeof(double));
 }
 
+/* phi <- Phi over one period of `steps` steps from (t, q, v) and the auxiliary states f->x. The end of the period is in
+ * f->q, f->v and the data. */
 static kt_status follow_period(kt_floquet *f, double t, const double *q, const double *v, int steps, double *phi,
                                kt_error *error) {
     const double h = f->options.period / steps;

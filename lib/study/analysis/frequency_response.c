@@ -21,6 +21,7 @@ size_t kt_frequency_response_size(const kt_linear_system *system) {
     return (2 * n * n + 2 * n) * sizeof(double) + n * sizeof(int);
 }
 
+/* i omega - A, whose inverse gives the response. */
 static void fill_resolvent(const kt_linear_system *system, double omega, double *re, double *im) {
     const size_t n = (size_t)system->states;
     for (size_t i = 0; i < n * n; i++) {

@@ -144,6 +144,8 @@ static void add_rotation_rate(const kt_linearization *l, const double *dq, doubl
     }
 }
 
+/* Column j is (dq, dv) along state j: a position also changes the velocities, so that these stay on the manifold; a
+ * velocity changes velocities alone. */
 static void write_exact_bases(const kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
     const size_t nv = l->size.v, positions = (size_t)system->positions;
     memset(out->positions_of, 0, (size_t)system->states * nv * sizeof *out->positions_of);
@@ -281,6 +283,7 @@ static void write_bases(const kt_linearization *l, const kt_system_arrays *out, 
     }
 }
 
+/* Writes S (dv + C dq, da) of each column. A rate of a position has an error only if its velocity depends on others. */
 static void write_system_state(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
     const size_t n = (size_t)system->states, nv = l->size.v, f = l->size.f, positions = (size_t)system->positions,
                  moving = moving_of(system);
@@ -327,6 +330,7 @@ static void add_overlap_errors(const kt_linearization *l, const kt_system_arrays
         }
 }
 
+/* Writes J dq and its derivative by time for each marker. */
 static void write_system_output(kt_linearization *l, const kt_system_arrays *out, const kt_linear_system *system) {
     const size_t n = (size_t)system->states, nv = l->size.v, f = l->size.f, rows = 6 * l->size.markers;
     for (size_t m = 0; m < l->size.markers; m++) {

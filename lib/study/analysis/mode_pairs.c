@@ -92,6 +92,7 @@ static bool find_largest(const kt_linear_system *system, const double *shape, do
     return most > 0.0;
 }
 
+/* shape *= re + i im. */
 static void turn_shape(int count, double re, double im, double *shape) {
     for (int i = 0; i < count; i++) {
         const double a = shape[2 * i], b = shape[2 * i + 1];

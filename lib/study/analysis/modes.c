@@ -69,6 +69,8 @@ static void clear_matrix_rounding(kt_modes *m, size_t n) {
         }
 }
 
+/* Computes the eigenpairs of the state matrix without its rounding. Returns false if the matrix is not finite or QR
+ * fails. */
 static bool solve_modes(kt_modes *m, const kt_linear_system *system, double *norm) {
     const size_t n = (size_t)system->states;
     for (size_t i = 0; i < n * n; i++) {

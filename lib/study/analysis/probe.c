@@ -3,7 +3,8 @@
  * A probe at the distance s along (dq, dv) projects (q0 (+) s dq, v0 + s dv). The numbers of a probe are, in this
  * order:
  *
- *     q (-) q0, v - v0 the actual differences, nv each a the acceleration at the probe, nv
+ *     q (-) q0, v - v0    the actual differences, nv each
+ *     a                   the acceleration at the probe, nv
  *     ...                 the velocities of the markers, 3 each
  *     ...                 the rates of auxiliary states
  *

@@ -220,6 +220,8 @@ kt_step_limit kt_spectrum_limit(const kt_spectrum *spectrum, const kt_method *me
 
 #define EXCITED 0.03 /* of the velocities of the most excited oscillation: a thousandth of its energy */
 
+/* The relative error that steps of a method make in the period of lambda. radius: largest |lambda|, which sets the
+ * number of stages of stabilised methods. */
 static double period_error(const kt_method *method, double radius, kt_complex lambda, double step) {
     kt_stability stability;
     if (kt_stability_make(method, kt_stability_stages(method, step * radius), &stability, NULL) != KT_OK)

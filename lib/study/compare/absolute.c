@@ -51,12 +51,13 @@ KT_ARENA_ARRAYS(place_arrays, loosen, LOOSEN_FIELDS, const loosen_counts *n)
 
 /* ---- the initial state ------------------------------------------------------------------------------------------- */
 
-/* The pose and the twist of a body of the tree in its initial state. */
+/* The pose of a body of the tree in its initial state. */
 static kt_pose initial_pose_of(const loosen *w, int32_t body) {
     const kt_body_record *b = &w->tree->body[body];
     return kt_pose_compose(w->pose[b->link], b->in_link);
 }
 
+/* The twist of a body of the tree at its own origin, in its initial state and in world axes. */
 static kt_twist twist_of(const loosen *w, int32_t body) {
     const kt_body_record *b = &w->tree->body[body];
     const kt_vec3 arm = kt_mat3_apply(w->pose[b->link].rotation, b->in_link.position);
@@ -65,6 +66,7 @@ static kt_twist twist_of(const loosen *w, int32_t body) {
     return t;
 }
 
+/* Replaces the joint of a body by a free joint on the world that starts with this pose and twist. */
 static void set_free(kt_body *body, kt_pose pose, kt_twist twist) {
     body->parent = NULL;
     body->joint = kt_joint_default();
@@ -98,6 +100,7 @@ static void name_counter(loosen *w, const char **joint) {
 
 /* ---- joints become loops ----------------------------------------------------------------------------------------- */
 
+/* Adds the name of a body that the transformation makes. count_most() has room for one of each body. */
 static const char *name_absolute_part(loosen *w, const char *name, const char *part) {
     char *text = w->text + w->used.text;
     const size_t size = strlen(name) + strlen(part) + 1;
@@ -230,6 +233,8 @@ static void copy_all(loosen *w) {
     w->used.loop = (size_t)d->loop_count;
 }
 
+/* The first pass over the references finds the joints that need a counter. The last pass replaces the names of these
+ * joints by those of their counters, which exist by then. */
 static void transform_description(loosen *w) {
     const kt_description *d = w->from;
     copy_all(w);

@@ -37,8 +37,8 @@ struct kt_absolute_motion {
     double time;   /* s, of q and v */
     kt_recorder *record;
     void *user;
-    kt_progress_callback *progress; /* the caller's, which comes after every progress_steps steps */
-    uint64_t progress_steps, progress_due;
+    kt_progress_callback *progress;        /* the caller's, which comes after every progress_steps steps */
+    uint64_t progress_steps, progress_due; /* progress_due: steps until the next call */
     void *progress_user;
     KT_ARENA_DECLARE(KT_ABSOLUTE_MOTION_FIELDS)
 };
@@ -47,6 +47,7 @@ KT_ARENA_LAYOUT(lay_out, kt_absolute_motion, KT_ABSOLUTE_MOTION_FIELDS, const kt
 
 /* ---- the present state ------------------------------------------------------------------------------------------- */
 
+/* Brings q and v to the present time. The previous q and v select the number of whole turns. */
 static void follow_simulation(kt_absolute_motion *motion) {
     const kt_simulation *simulation = motion->simulation;
     const double t = kt_simulation_time(simulation);
@@ -98,6 +99,7 @@ kt_status kt_absolute_motion_acceleration(kt_absolute_motion *motion, double *a,
 
 /* ---- the run ----------------------------------------------------------------------------------------------------- */
 
+/* Runs after each step, so that no whole turn is missed; the caller's function runs less often. */
 static int follow_step(const kt_simulation *simulation, void *user) {
     kt_absolute_motion *motion = user;
     follow_simulation(motion);
@@ -107,6 +109,7 @@ static int follow_step(const kt_simulation *simulation, void *user) {
     return motion->progress(simulation, motion->progress_user);
 }
 
+/* Gives the caller's recorder the record of the tree in place of the record of the free bodies. */
 static int pass_on_record(const kt_record *record, void *user) {
     kt_absolute_motion *motion = user;
     kt_record shown = *record;

@@ -43,6 +43,7 @@ typedef struct motion {
     kt_twist velocity, acceleration;
 } motion;
 
+/* The pose of a body of the absolute model; body 0 is the world. */
 static kt_pose absolute_pose_of(const kt_model *absolute, int body, const double *q) {
     kt_pose pose = kt_pose_identity();
     if (body == 0)
@@ -53,6 +54,7 @@ static kt_pose absolute_pose_of(const kt_model *absolute, int body, const double
     return pose;
 }
 
+/* A free joint has the velocity of its body's origin in world axes, but the angular velocity in body axes. */
 static motion absolute_motion_of(const kt_model *absolute, int body, const double *q, const double *v,
                                  const double *a) {
     motion m = {.pose = absolute_pose_of(absolute, body, q)};
@@ -102,6 +104,7 @@ void kt_absolute_from_tree(const kt_absolute *of, const kt_data *data, const dou
 
 /* ---- to the tree ------------------------------------------------------------------------------------------------- */
 
+/* The formulas at the top: p and c are the parent and the body, and `frame` is J in the frame of p. */
 static kt_joint_motion relative_motion(const motion *p, const motion *c, const kt_pose *frame) {
     const kt_pose joint = kt_pose_compose(p->pose, *frame);
     const kt_vec3 w = p->velocity.angular, d = kt_vec3_sub(c->pose.position, p->pose.position);

@@ -81,6 +81,7 @@ static int count_study_methods(const kt_accuracy_options *options) {
     return (options->methods != NULL ? options->method_count : kt_method_count()) + (options->contact_steps ? 1 : 0);
 }
 
+/* With contact_steps, Moreau and Jean's method follows the other methods. */
 static const kt_method *study_method_at(const kt_accuracy_options *options, int index) {
     if (options->contact_steps && index == count_study_methods(options) - 1)
         return &kt_method_moreau_jean;

@@ -22,7 +22,7 @@ typedef struct kt_baseline_work {
     const kt_absolute *absolute;
     kt_data *data; /* of the study's model */
     kt_dae *dae;
-    double largest; /* multiplier of the reference */
+    double largest; /* |multiplier| of the reference, over the records so far */
     KT_ARENA_DECLARE(KT_BASELINE_FIELDS)
 } kt_baseline_work;
 
@@ -48,6 +48,8 @@ static kt_status spread_reference(const kt_accuracy *study, kt_baseline_work *w,
     return status;
 }
 
+/* Adds the errors at a record. The baseline's multipliers are compared with those of the reference's state;
+ * run_baseline() divides this error by the largest of these. */
 static kt_status note_errors(kt_accuracy *study, kt_baseline_work *w, int record, kt_accuracy_baseline *b,
                              kt_error *error) {
     kt_accuracy_state at = {kt_dae_positions(w->dae), kt_dae_velocities(w->dae)};

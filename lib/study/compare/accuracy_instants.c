@@ -25,6 +25,7 @@ static const double window_part = 0.1; /* of the interval between records */
 
 static const kt_accuracy_events *events_of(const kt_accuracy *study) { return study->options.events; }
 
+/* In the absolute formulation, the motion owns the simulation. */
 static void release_play(kt_accuracy_play *play) {
     if (play->motion == NULL)
         kt_simulation_free(play->simulation);
@@ -111,6 +112,8 @@ void kt_instants_start(kt_instant_log *log, const kt_simulation *simulation) {
         log->seen[k] = kt_simulation_event_count(simulation, kt_simulation_event_name(simulation, (size_t)k));
 }
 
+/* Adds an instant at log->time, the beginning of the step that reported the event. A full log stays as it is and ends
+ * the run (watch_length). */
 static void add_instant(kt_instant_log *log, const char *name) {
     log->is_full = log->is_full || log->count == KT_ACCURACY_INSTANTS_MAX;
     if (log->is_full)

@@ -114,6 +114,7 @@ static bool is_done(kt_ladder *ladder, const kt_accuracy_point *before, const kt
     return true;
 }
 
+/* Whether so many evaluations exceed those of one run. */
 static bool is_too_long(const kt_ladder *ladder, double evaluations) {
     return evaluations > kt_accuracy_most(ladder->study);
 }
@@ -334,6 +335,8 @@ static double setting_for_goal(const kt_ladder *ladder, const kt_accuracy_point 
     return setting > tight->setting * (1.0 + 1e-9) && setting < loose->setting * (1.0 - 1e-9) ? setting : 0.0;
 }
 
+/* Each new point lies between the loosest point that reaches the goal and the next looser point, and narrows this
+ * interval. */
 static kt_status refine_goal(kt_ladder *ladder, double goal, kt_error *error) {
     for (int run = 0; run < GOAL_RUNS && !is_over(ladder) && ladder->curve->count < KT_ACCURACY_POINTS_MAX; run++) {
         kt_accuracy_point point;

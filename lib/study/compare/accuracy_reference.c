@@ -59,6 +59,7 @@ static void widen_by_bodies(kt_walk *walk, const kt_model *model, const kt_data 
     }
 }
 
+/* d(t) of a record. */
 static double walk_distance(const kt_walk *walk, const kt_record *record) {
     const kt_accuracy *study = walk->guard.study;
     const kt_accuracy_norm norm = kt_accuracy_distance(study, kt_accuracy_row(study, walk->against, record->index),
@@ -66,6 +67,8 @@ static double walk_distance(const kt_walk *walk, const kt_record *record) {
     return norm.position + walk->time * norm.velocity;
 }
 
+/* Stores and compares a record. Ends the run if small errors have grown beyond the limit; `rows` then excludes this
+ * record. */
 static int watch_walk(const kt_record *record, void *user) {
     kt_walk *walk = user;
     kt_accuracy *study = walk->guard.study;
@@ -168,6 +171,8 @@ static void shorten_reference(kt_accuracy *study, int rows, kt_accuracy_cut cut)
 
 /* ---- scales ------------------------------------------------------------------------------------------------------ */
 
+/* The length that counts as much as 1 rad: the longest edge of the box of the motion, if the scene has angles and
+ * lengths; else 1 m. */
 static void find_length(kt_accuracy *study, const kt_walk *walk) {
     kt_accuracy_results *results = &study->results;
     results->unit = kt_accuracy_find_unit(study->model);
@@ -339,6 +344,8 @@ static kt_status find_solution(kt_accuracy *study, kt_accuracy_states *states, k
     }
 }
 
+/* Solves by dop853, either as the reference or as the check of a given one. Finds the scales, the cost of an evaluation
+ * and the growth of small errors, too. */
 static kt_status find_first(kt_accuracy *study, kt_accuracy_states *states, kt_first *first, kt_error *error) {
     kt_accuracy_results *results = &study->results;
     kt_simulation_counts counts;

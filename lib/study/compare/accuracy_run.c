@@ -109,6 +109,7 @@ static int watch_errors(const kt_record *record, void *user) {
 
 /* ---- the time ---------------------------------------------------------------------------------------------------- */
 
+/* Runs that are timed with records make the records, but nothing uses them. */
 static int pass_over_record(const kt_record *record, void *user) {
     (void)record;
     (void)user;
@@ -133,6 +134,7 @@ static void insert_time(double *samples, int count, double sample) {
     samples[count] = sample;
 }
 
+/* Times repeated runs: the least time, their number, and how far the median exceeds the least. */
 static kt_status measure_time(kt_accuracy *study, kt_accuracy_play *play, const kt_variant *variant,
                               kt_accuracy_point *point) {
     double samples[SAMPLES_MOST], start = kt_accuracy_now(study);
@@ -204,6 +206,7 @@ static void reject_early_end(const kt_watcher *watcher, kt_accuracy_point *point
             point->error.position = point->error.velocity = point->error.quantity = HUGE_VAL;
 }
 
+/* Runs with records at the reference's times for the error; if the error is usable, times further runs. */
 static kt_status try_with(kt_accuracy *study, const kt_model *model, const kt_absolute *absolute,
                           const kt_variant *variant, const kt_run *run, const kt_simulation_options *options,
                           kt_accuracy_point *point, kt_error *error) {

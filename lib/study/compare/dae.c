@@ -76,6 +76,7 @@ static kt_status reject_dae_contacts(const kt_model *model, kt_error *error) {
 /* The number of solved stages: all stages, except a first stage that equals the start. */
 static int solved_stages(const kt_method *method) { return method->stages - 1; }
 
+/* An equation without a measure of closure constrains velocities alone, as rolling does. */
 static void note_holonomic(kt_dae *dae) {
     for (int loop = 0; loop < kt_loop_count(dae->model); loop++) {
         const kt_loop_rows rows = kt_loop_rows_of(dae->model, loop);

@@ -154,6 +154,7 @@ static inline void eigen_particular(const kt_group_work *w, int rank, const doub
         kt_group_scale_coordinates(w, x);
 }
 
+/* lambda = A U1 L1^-1 U1' g. Scales g in place. */
 static void eigen_multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
     const size_t m = (size_t)w->m;
     double *y = w->work;

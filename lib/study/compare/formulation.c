@@ -26,6 +26,7 @@ static kt_status fill_formulation_force(kt_constraint_formulation *formulation, 
     return status;
 }
 
+/* Remembers the largest |phi| of all evaluations. */
 static void note_open_constraints(kt_constraint_formulation *formulation, double t) {
     for (int r = 0; r < formulation->k; r++)
         if (fabs(formulation->phi[r]) > formulation->found.open) {
@@ -103,6 +104,7 @@ kt_status kt_constraint_formulation_evaluate(kt_constraint_formulation *formulat
 
 /* ---- in a simulation --------------------------------------------------------------------------------------------- */
 
+/* A kt_right_hand_side: after an error of the evaluation, a shorter step may help. */
 static int accelerate_formulation(const kt_instant *at, double *rate, double *a, kt_error *error, void *user) {
     kt_constraint_formulation *formulation = user;
     if (at->model != formulation->model) {

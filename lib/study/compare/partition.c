@@ -23,6 +23,7 @@ static double *partition_entry(const kt_group_work *w, int row, int column) {
     return &w->factor[(size_t)column * (size_t)w->m + (size_t)row];
 }
 
+/* Exchanges the coordinates in rows a and b. */
 static void swap_partition_rows(const kt_group_work *w, int a, int b) {
     for (int c = 0; c < w->k; c++) {
         const double t = *partition_entry(w, a, c);

@@ -18,6 +18,7 @@ typedef struct run {
     kt_cost *cost;
 } run;
 
+/* Without x of its own, a task starts with the auxiliary states of the step, or else with the model's. */
 static kt_status differentiate_task(void *user, size_t thread, size_t item, kt_error *error) {
     const run *r = user;
     kt_step_task *task = &r->steps[item];
@@ -34,6 +35,7 @@ static kt_status differentiate_task(void *user, size_t thread, size_t item, kt_e
     return task->status;
 }
 
+/* An item is a group of up to `width` motions. */
 static kt_status compute_gradients(void *user, size_t thread, size_t item, kt_error *error) {
     const run *r = user;
     const size_t first = item * r->width, left = r->count - first;

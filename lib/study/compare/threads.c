@@ -24,6 +24,7 @@ typedef struct worker {
     pthread_t thread;
 } worker;
 
+/* Keeps the error of the first item in the list that failed, whichever thread was faster. */
 static void note_item_failure(work *w, size_t item, const kt_error *error) {
     (void)pthread_mutex_lock(&w->mutex);
     if (w->status == KT_OK || item < w->failed) {
