@@ -1,12 +1,10 @@
-/* Functions of time against closed forms, GSL's natural spline, and difference quotients. */
+/* Functions of time against closed forms and difference quotients. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "model/function.h"
 
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
-
-#include <gsl/gsl_spline.h>
 
 #include "check.h"
 
@@ -154,30 +152,6 @@ KT_TEST(linear_table_joins_its_rows) {
         double out[3];
         kt_curve_evaluate(&r.curve, r.numbers, expected[i].t, out);
         kt_check_equal_bits("value, slope, second derivative", out, expected[i].out, 3);
-    }
-}
-
-/* GSL solves the same tridiagonal system in another arrangement. Its matrix is diagonally dominant (condition below 3
- * for steps of like size; here they differ up to 7.5 times). The bound 100 eps max|y| / least step^k is about twenty
- * times the measured error. */
-KT_TEST(cubic_table_is_the_natural_spline) {
-    kt_random random = kt_random_of_test();
-    KT_WORST worst = kt_worst_make("against gsl_interp_cspline");
-    for (int count = 3; count <= 40; count++) {
-        double rows[80], t[40], y[40];
-        const ready r =
-            make_ready(kt_function_table(rows, fill_rows(&random, rows, count, t, y), KT_INTERPOLATION_CUBIC));
-        gsl_spline *spline = gsl_spline_alloc(gsl_interp_cspline, (size_t)count);
-        gsl_spline_init(spline, t, y, (size_t)count);
-        for (int i = 0; i < 50; i++) {
-            const double x = kt_random_uniform(&random, t[0], t[count - 1]);
-            const double expected[3] = {gsl_spline_eval(spline, x, NULL), gsl_spline_eval_deriv(spline, x, NULL),
-                                        gsl_spline_eval_deriv2(spline, x, NULL)};
-            for (int d = 0; d < 3; d++)
-                kt_worst_near(&worst, value_at(&r, x, d), expected[d], 8.0 * DBL_EPSILON * 3.0 / pow(0.2, d),
-                              "%d rows, t = %g, derivative %d", count, x, d);
-        }
-        gsl_spline_free(spline);
     }
 }
 
