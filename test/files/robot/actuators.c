@@ -343,8 +343,9 @@ static const char *const numbers_and_formulas[][2] = {
     {"actuators: [{gear: 2, gain: 5, bias: [0.1, -5, -1], control: 0.3, control_upper: 0.25, lower: -1, upper: 1.5}], "
      "upper: 2.5",
      "force: \"min(2*clamp(1.35 - 10*position.a - 2*velocity.a, -1, 1.5), 2.5)\""},
-    {"actuators: [{gain: [3, 0.5, -0.2], activation: w, activation_upper: 0.4}, {gain: 4, control: 0.5, delay: 0.5}]",
-     "force: \"min(w, 0.4)*(3 + 0.5*position.a - 0.2*velocity.a) + 0.5*step(t - 0.5)*4\""},
+    {"actuators: [{gear: 2, gain: [3, 0.5, -0.2], activation: w, activation_upper: 0.4}, "
+     "{gain: 4, control: 0.5, delay: 0.5}]",
+     "force: \"2*min(w, 0.4)*(3 + position.a - 0.4*velocity.a) + 0.5*step(t - 0.5)*4\""},
     {"actuators: [{gain: 0, active: {lengths: [-2, 1], force: 40}, activation: w}]",
      "force: \"-40*w*(clamp((l + -0.5)*4, 0, 2)^2/2 - clamp((l + -0.75)*4, 0, 1)^2)*(clamp((1.6 - l)/0.3, 0, 2)^2/2 - "
      "clamp((1.3 - l)/0.3, 0, 1)^2)*(clamp(s + 1, 0, 1)^2 + clamp(s, 0, 0.2)*(2 - clamp(s*5, 0, 1)))\""},

@@ -272,8 +272,8 @@ KT_TEST(working_sets_solve_problems_of_more_contacts_than_have_room) {
         draw_problem(&random, (enum kind)(k / 3 % KINDS), kt_random_int(&random, 25, CONTACTS), p);
         if (p->n <= p->dofs + 1)
             continue;
-        for (int i = 0; i < p->n && smooth; i++)
-            p->mu[i] = 0.0;
+        for (int i = 0; i < p->n; i++) /* every other time from impulses of all, for which the set has no room */
+            x[3 * i] = k % 2, p->mu[i] = smooth ? 0.0 : p->mu[i];
         kt_cone *few = make_cone(p->n, p->dofs + 1, &memory[0]), *whole = make_cone(p->n, p->n, &memory[1]);
         const kt_cone_blocks blocks = {block_of_problem, rates_of_problem, p};
         kt_cone_problem posed = {.n = p->n, .blocks = &blocks, .b = p->b, .mu = p->mu, .symmetric = true};

@@ -140,3 +140,17 @@ KT_TEST(items_in_other_units_have_the_same_solution) {
     free_room(&a);
     free_room(&b);
 }
+
+/* A contact moves by its three rows, dry friction by one. Forces of both are compared by these weights. */
+KT_TEST(the_weight_of_an_item_is_the_mean_of_its_rows) {
+    static const double natural[ITEMS] = {1.0, 1.0, 1.0, 1.0};
+    drawn d = {.n = 2, .dofs = 4, .type = {KT_COULOMB_CONE, KT_COULOMB_DRY}, .friction = {0.5, 0.5}};
+    scaled a;
+    make_room(&a);
+    for (int k = 0; k < 4; k++)
+        d.J[k][k] = 1.0 + k;
+    solve_in_units(&d, natural, &a);
+    kt_check_near("contact, 1/kg", kt_coulomb_weight(a.c, 0), (1.0 + 4.0 + 9.0) / 3.0, 1e-15);
+    kt_check_near("dry friction, 1/(kg m^2)", kt_coulomb_weight(a.c, 1), 16.0, 0.0);
+    free_room(&a);
+}

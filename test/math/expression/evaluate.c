@@ -1,5 +1,6 @@
 /* Values and derivatives of formulas, against the same formulas written in C, in long double, and their differences. */
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "expression/margin.h"
 #include "expression/third.h"
 #include "expression/wide.h"
 #include "kinetree/expression.h"
@@ -40,6 +41,7 @@ static const real pi = 3.14159265358979323846264338327950288L;
     F("x^y", powl(x, y))                                                                                               \
     F("x^3 + y^-2 + x^0.5 + y^0 + x^1", x *x *x + 1.0L / (y * y) + sqrtl(x) + 1.0L + x)                                \
     F("abs(x - y) + sign(x - y) + step(y - x)", fabsl(x - y) + sign_of(x - y) + step_of(y - x))                        \
+    F("step(x - x) + 2*sign(y - y)", 1.0L)                                                                             \
     F("min(x, y, 0.9) * max(x, y)", fminl(fminl(x, y), 0.9L) * fmaxl(x, y))                                            \
     F("clamp(3*x, 0.5, y)", fminl(fmaxl(3.0L * x, 0.5L), y))                                                           \
     F("(x < y) + 2*(x <= y) + 4*(x > y)", (x < y) + 2 * (x <= y) + 4 * (x > y) + 0.0L)                                 \
@@ -95,6 +97,25 @@ KT_TEST(values_are_those_of_the_compiled_formulas) {
         }
         kt_check_true(texts[k], formula != NULL);
     }
+}
+
+/* Events change the sign of the margin where the condition changes. */
+KT_TEST(margins_are_positive_where_conditions_hold) {
+    static const char *const conditions[] = {
+        "x < y",         "x >= y and y < 1",          "x < 0.5 or y > 1.2",         "not x < y",
+        "not not x > 1", "not (x < 0.5 and y > 0.5)", "not (x > 1 or not y <= 0.8)"};
+    static alignas(double) char room[1 << 12];
+    kt_expression *margin = (kt_expression *)(void *)room;
+    for (size_t k = 0; k < sizeof conditions / sizeof *conditions; k++) {
+        const kt_expression *formula = read_formula(conditions[k]);
+        int wrong = 0;
+        kt_need(kt_check_true("margin", formula != NULL && kt_expression_margin(formula, margin)));
+        for (int i = 0; i < POINTS; i++)
+            wrong += (kt_expression_evaluate(margin, points[i]) > 0.0) !=
+                     (kt_expression_evaluate(formula, points[i]) == 1.0);
+        kt_check_equal_int(conditions[k], wrong, 0);
+    }
+    kt_check_true("a number", !kt_expression_margin(read_formula("x + y"), margin));
 }
 
 /* x = a + u s + p s^2 / 2, y likewise. */

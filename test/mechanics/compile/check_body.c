@@ -34,6 +34,17 @@ KT_TEST(names_of_bodies_are_checked) {
     PASSES("World is a name", BASE, b->name = "World");
 }
 
+/* A joint without a name has that of its body. */
+KT_TEST(names_of_joints_are_checked) {
+    REJECTS(BASE, b->joint.name = "bird", -1, "joint.name", "body 'base'",
+            "name 'bird' is that of the joint of bodies[5] already; choose another");
+    REJECTS(BASE, (m.bodies[BIRD].joint.name = "wing", b->joint.name = "wing"), -1, "joint.name", "body 'base'",
+            "name 'wing' is that of the joint of bodies[5] already; choose another");
+    PASSES("the name of a body whose joint has another", BASE,
+           (m.bodies[BIRD].joint.name = "wing", b->joint.name = "bird"));
+    PASSES("the name of its own body", BASE, b->joint.name = "base");
+}
+
 KT_TEST(numbers_of_a_joint_are_finite) {
     REJECTS(CRANK, b->joint.at.y = nan_value, -1, "joint.at", "body 'crank'",
             "joint.at[1] is nan; give a finite number");

@@ -9,7 +9,7 @@
 
 /* Numbers of which each model but the first has another one. */
 typedef struct constants {
-    double length, mass, stiffness, rod;
+    double length, mass, stiffness, rod, armature;
     bool across;
 } constants;
 
@@ -25,6 +25,7 @@ static kt_model *model_with(constants c) {
     body.name = "a";
     body.joint.type = KT_JOINT_REVOLUTE;
     body.joint.axis = c.across ? kt_vec3_make(1.0, 0.0, 0.0) : kt_vec3_make(0.0, 1.0, 0.0);
+    body.joint.armature[0] = c.armature;
     body.com = kt_vec3_make(0.0, 0.0, 0.5);
     body.mass = c.mass;
     body.markers = &tip;
@@ -59,9 +60,10 @@ static kt_data *data_of(const kt_model *model) {
 /* Two models of one layout differ in one number each. A second model of equal numbers takes the data of the first, and
  * so does a copy, also with a parameter of its own. */
 KT_TEST(data_of_a_model_with_other_constants_are_rejected) {
-    static const constants all[] = {{1.0, 1.0, 2.0, 1.0, false}, {2.0, 1.0, 2.0, 1.0, false},
-                                    {1.0, 3.0, 2.0, 1.0, false}, {1.0, 1.0, 2.1, 1.0, false},
-                                    {1.0, 1.0, 2.0, 1.5, false}, {1.0, 1.0, 2.0, 1.0, true}};
+    static const constants all[] = {{1.0, 1.0, 2.0, 1.0, 0.0, false}, {2.0, 1.0, 2.0, 1.0, 0.0, false},
+                                    {1.0, 3.0, 2.0, 1.0, 0.0, false}, {1.0, 1.0, 2.1, 1.0, 0.0, false},
+                                    {1.0, 1.0, 2.0, 1.5, 0.0, false}, {1.0, 1.0, 2.0, 1.0, 0.1, false},
+                                    {1.0, 1.0, 2.0, 1.0, 0.0, true}};
     const kt_vec3 tip = kt_vec3_make(0.0, 0.0, 1.0);
     const double q = 0.0, v = 0.0, heavy = 5.0;
     double tau = 0.0;

@@ -276,9 +276,10 @@ KT_TEST(reduced_matrices_along_the_tree_are_those_of_dense_factors) {
 
 enum { WINDOWS = 15, ROW_NV = 2 * WINDOWS + 1 };
 
-/* Z mass Z', Z stiffness and Z damping, which do not depend on the choice of Z. */
+/* Z mass Z', Z stiffness, Z damping, and in the first column Z times the forces by the auxiliary state. None depends on
+ * the choice of Z. */
 typedef struct matrices {
-    double mass[ROW_NV * ROW_NV], stiffness[ROW_NV * ROW_NV], damping[ROW_NV * ROW_NV];
+    double mass[ROW_NV * ROW_NV], stiffness[ROW_NV * ROW_NV], damping[ROW_NV * ROW_NV], force[ROW_NV * ROW_NV];
 } matrices;
 
 /* to = z x, x of f x ROW_NV */
@@ -291,16 +292,18 @@ static void multiply(const double *z, const double *x, int f, double *to) {
 }
 
 static void stiffen(linkage *l, matrices *m) {
-    static double z[ROW_NV * ROW_NV], mass[ROW_NV * ROW_NV], out[2][ROW_NV * ROW_NV], half[ROW_NV * ROW_NV];
+    static double z[ROW_NV * ROW_NV], mass[ROW_NV * ROW_NV], out[3][ROW_NV * ROW_NV], half[ROW_NV * ROW_NV];
+    double rate[2][ROW_NV], rate_x;
+    const kt_state_derivatives states = {out[2], rate[0], rate[1], &rate_x};
+    const kt_stiffness_matrices to = {z, mass, out[0], out[1], &states, true};
+    const kt_dynamic_state at = {0.0, l->q, l->v, NULL, NULL};
     const int f = kt_model_mobility(l->model).minimal;
     const size_t size = kt_stiffness_work_size(l->model);
     void *work = aligned_alloc(KT_ALIGNMENT, size);
     kt_error e = {0};
     memset(work, 0xFF, size);
-    kt_need_fine("stiffness",
-                 kt_stiffness_evaluate(l->model, l->data, work, size, 0.0, l->q, l->v, NULL, NULL, NULL, z, mass,
-                                       out[0], out[1], &e),
-                 &e);
+    memset(out, 0, sizeof out);
+    kt_need_fine("stiffness", kt_stiffness_evaluate_at(l->model, l->data, work, size, &at, NULL, &to, &e), &e);
     free(work);
     for (int c = 0; c < ROW_NV; c++) /* mass Z' */
         for (int i = 0; i < f; i++) {
@@ -311,31 +314,44 @@ static void stiffen(linkage *l, matrices *m) {
     multiply(z, half, f, m->mass);
     multiply(z, out[0], f, m->stiffness);
     multiply(z, out[1], f, m->damping);
+    multiply(z, out[2], f, m->force);
 }
 
-/* A row of windows that leans, with springs in some of its joints, along the tree and by dense factors. */
+/* A row of windows that leans, with springs, rotors and a filtered force in some of its joints, along the tree and by
+ * dense factors. */
 KT_TEST(stiffness_matrices_along_the_tree_are_those_of_dense_factors) {
     static linkage l[2];
     static matrices m[2];
-    kt_effect spring[3];
+    kt_effect spring[4];
+    kt_auxiliary_state filter = kt_auxiliary_state_default();
     for (int k = 0; k < 3; k++) {
         spring[k] = kt_effect_of(KT_EFFECT_JOINT_SPRING, k == 0 ? "crank0" : k == 1 ? "bar4" : "crank9");
         spring[k].stiffness = 30.0 + k;
         spring[k].damping = 2.0;
     }
+    spring[3] = kt_effect_of(KT_EFFECT_EXPRESSION, "crank6");
+    spring[3].formula[0] = "-5*filter";
+    filter.name = "filter";
+    filter.rate = "velocity.crank6 - filter";
     for (int k = 0; k < 2; k++) {
         linkage_windows(&l[k], WINDOWS, 0.5, 1.0, KT_LOOP_REVOLUTE);
         l[k].options.structure = k ? KT_STRUCTURE_DENSE : KT_STRUCTURE_AUTO;
+        for (int i = 0; i < l[k].description.body_count; i += 4)
+            l[k].body[i].joint.armature[0] = 0.3;
         l[k].description.effects = spring;
-        l[k].description.effect_count = 3;
+        l[k].description.effect_count = 4;
+        l[k].description.states = &filter;
+        l[k].description.state_count = 1;
         linkage_build(&l[k], 0.0);
         stiffen(&l[k], &m[k]);
         kt_check_equal_int("dense", kt_linearized_is_dense(l[k].model), k);
     }
-    const double *const of[3][2] = {
-        {m[0].mass, m[1].mass}, {m[0].stiffness, m[1].stiffness}, {m[0].damping, m[1].damping}};
-    static const char *const name[3] = {"mass", "stiffness", "damping"};
-    for (int k = 0; k < 3; k++) {
+    const double *const of[4][2] = {{m[0].mass, m[1].mass},
+                                    {m[0].stiffness, m[1].stiffness},
+                                    {m[0].damping, m[1].damping},
+                                    {m[0].force, m[1].force}};
+    static const char *const name[4] = {"mass", "stiffness", "damping", "force"};
+    for (int k = 0; k < 4; k++) {
         KT_WORST worst = kt_worst_make(name[k]);
         for (int i = 0; i < ROW_NV * ROW_NV; i++) /* measured: 4e-15 */
             kt_worst_near(&worst, of[k][0][i], of[k][1][i], 1e-12 * kt_tree_largest(of[k][1], ROW_NV * ROW_NV), "%d",

@@ -114,6 +114,7 @@ KT_TEST(derivatives_of_sharp_friction_are_exact_if_given_and_fine_if_not) {
         kt_check_true("differenced", kt_model_is_differenced(l.model) == !exact);
         kt_need_fine("derivatives", derive(&l, &by_q, &by_v, &e), &e);
         kt_check_near("da/dv", by_v / expected, 1.0, exact ? 1e-14 : 5e-10);
+        kt_check_near("da/dq, by the weight", by_q, -1.5 * 9.81 * cos(0.3), exact ? 1e-13 : 1e-11);
         const double told = kt_data_difference_error(l.data);
         kt_check_below("told", told, exact ? 0.0 : 3e-8);
         kt_check_below("told once", kt_data_difference_error(l.data), 0.0);
@@ -134,6 +135,23 @@ KT_TEST(differences_across_a_jump_are_told) {
     kt_check_below("told", kt_data_difference_error(l.data), 0.0);
     kt_check_near("da/dv", by_v, 0.0, 1e-12);
     kt_check_true("no data", isnan(kt_data_difference_error(NULL)) && !kt_model_is_differenced(NULL));
+}
+
+/* The force does not depend on the second joint, whose differences have no error. */
+KT_TEST(the_largest_error_of_differences_is_told) {
+    kt_error e = {0};
+    static linkage l;
+    double by_q[4], by_v[4];
+    kt_effect effect = kt_effect_of(KT_EFFECT_CUSTOM, "bar");
+    effect.joint_force = jump;
+    linkage_begin(&l);
+    linkage_bar(&l, "bar", NULL, none, down, 0.3, 0.0);
+    linkage_bar(&l, "last", "bar", down, down, 0.2, 0.5);
+    l.description.effects = &effect;
+    l.description.effect_count = 1;
+    linkage_compile(&l);
+    kt_need_fine("derivatives", derive(&l, by_q, by_v, &e), &e);
+    kt_check_above("told", kt_data_difference_error(l.data), 1e-3);
 }
 
 KT_TEST(derivatives_that_cannot_be_given_name_their_effect) {

@@ -289,3 +289,32 @@ KT_TEST(ground_carries_a_row_of_windows_at_a_singular_position) {
             kt_check_below("moment about a joint's axis", resistance, bound);
     }
 }
+
+/* Teeth press along a line that leans by 20 degrees from the common tangent: two pinions away from each other, a pinion
+ * and its ring towards each other's centres. */
+KT_TEST(teeth_press_along_their_line_of_action) {
+    static const double teeth[4][2] = {{30.0, 20.0}, {30.0, 20.0}, {-70.0, 20.0}, {20.0, -70.0}}; /* of rings: < 0 */
+    for (int n = 0; n < 4; n++) {
+        const double q[2] = {0.0, 0.0}, tau[2] = {1.0, 0.0};
+        kt_body wheel[2] = {kt_body_of("first", NULL, KT_JOINT_REVOLUTE, 1.0),
+                            kt_body_of("second", NULL, KT_JOINT_REVOLUTE, 1.0)};
+        kt_loop mesh = kt_loop_of("mesh", KT_LOOP_GEAR);
+        for (int k = 0; k < 2; k++) {
+            wheel[k].inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
+            mesh.between[k].body = wheel[k].name;
+        }
+        wheel[1].joint.at.x = 0.5;
+        mesh.axis2.z = n == 1 ? -1.0 : 1.0;
+        mesh.teeth = teeth[n][0];
+        mesh.teeth2 = teeth[n][1];
+        const kt_description d = kt_description_of(wheel, 2, &mesh, 1, NULL, 0);
+        kt_model *model = kt_test_model(&d, NULL);
+        kt_wrench on_second;
+        kt_error e = {0};
+        kt_need_fine("reaction",
+                     kt_reaction_evaluate(model, kt_test_data(model), 0.0, q, q, tau, NULL, NULL, &on_second, &e), &e);
+        const double tangential = fabs(on_second.force.y), radial = tangential * tan(acos(-1.0) / 9.0);
+        kt_check_above("tangential force, N", tangential, 0.1);
+        kt_check_near("radial force, N", on_second.force.x, n < 2 ? radial : -radial, 1e-14 * tangential);
+    }
+}

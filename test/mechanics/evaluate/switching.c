@@ -290,6 +290,32 @@ KT_TEST(a_loop_that_is_off_keeps_nothing_out_of_its_plane) {
     kt_check_text("on", kt_model_plan(kt_model_switched(model, 1)), "spatial");
 }
 
+/* A state off the loops takes iterations to project. They are reported after a switch, too. */
+KT_TEST(a_switch_keeps_the_count_of_iterations) {
+    kt_random random = kt_random_of_test();
+    tangle_plan plan = tangle_plan_default();
+    static switched s;
+    kt_error e = {0};
+    double q[KT_TREE_NQ], v[NV], apart[NV];
+    plan.types = 1u << KT_LOOP_DISTANCE;
+    grow(&s, &plan, &random);
+    for (int i = 0; i < NV; i++)
+        apart[i] = kt_random_uniform(&random, -1e-4, 1e-4);
+    const kt_model *model = s.model;
+    kt_iterations count[2];
+    for (int k = 0; k < 2; k++) {
+        kt_position_add(model, s.g.q, apart, q);
+        memcpy(v, s.g.v, sizeof v);
+        kt_need_fine("project", kt_state_project(model, s.data, s.g.t, q, v, NULL, &e), &e);
+        if (k > 0)
+            kt_need_fine("switch", kt_effect_set_on(&model, s.data, 1, true, &e), &e);
+        count[k] = kt_data_iterations(s.data);
+    }
+    kt_check_true("another model", model != s.model);
+    kt_check_above("iterations", count[0].position, 0.0);
+    kt_check_equal_int("after a switch", count[1].position, count[0].position);
+}
+
 /* Mistakes of a caller, and the state that they leave unchanged. */
 KT_TEST(switching_rejects_what_is_no_switch) {
     kt_random random = kt_random_of_test();

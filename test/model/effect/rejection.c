@@ -121,6 +121,10 @@ KT_TEST(hard_contacts_have_no_rolling_or_torsional_friction) {
                         "restitution, or leave `torsion` out\n");
     contact.torsion = 0.0;
     check_told(contact, "");
+    contact.restitution = 1.0;
+    check_told(contact, "");
+    contact.restitution = 1.1;
+    check_told(contact, "restitution is 1.1; it must be 0 to 1\n");
 }
 
 KT_TEST(force_has_three_components_in_a_frame_that_there_is) {
@@ -157,4 +161,24 @@ KT_TEST(bushing_at_no_rotation_is_rejected_with_the_body) {
     kt_note("%s: %s", error.where, error.message);
     kt_check_contains("where", error.where, "'block'");
     kt_check_near("nothing is written", a[0], 77.0, 0.0);
+}
+
+/* A component of a quaternion has no velocity of its own, so that forces cannot be differentiated by it. */
+KT_TEST(formulas_of_forces_read_no_component_of_a_quaternion) {
+    static const char expected[] =
+        "force: a component of a quaternion is no variable of forces; take coordinates of markers\n";
+    static const char *const reads[] = {"position.bird[2]", "position.bird[3]", "position.bird[6]", "velocity.bird[3]"};
+    kt_body bird = kt_body_of("bird", NULL, KT_JOINT_FREE, 1.0);
+    bird.inertia.xx = bird.inertia.yy = bird.inertia.zz = 1.0;
+    for (int k = 0; k < 4; k++) {
+        kt_effect pull = of_type(KT_EFFECT_EXPRESSION);
+        pull.end_count = 1;
+        pull.between[0].body = "bird";
+        pull.formula[0] = reads[k];
+        const kt_description d = kt_description_of(&bird, 1, NULL, 0, &pull, 1);
+        told seen = {0, ""};
+        const bool is_turn = k == 1 || k == 2;
+        kt_check_equal_int("status", kt_description_check(&d, tell, &seen, NULL), is_turn ? KT_ERROR_MODEL : KT_OK);
+        kt_check_text(reads[k], seen.text, is_turn ? expected : "");
+    }
 }

@@ -90,6 +90,16 @@ KT_TEST(breakpoints_of_functions_are_where_derivatives_jump) {
     KT_BREAKPOINTS("rows on lines", kt_function_table(kinked, 10, KT_INTERPOLATION_LINEAR), {2.0, 1}, {4.0, 1});
 }
 
+/* At 1 s the slope of the table jumps, and only the curvature of the ramp: the sum is as smooth as its worst part. */
+KT_TEST(a_breakpoint_of_a_sum_has_the_lowest_order_of_its_parts) {
+    static const double bell[] = {1.0, 0.0, 2.0, 3.0, 3.5, 1.0, 4.0, 0.5};
+    const kt_function ramp = kt_function_ramp(0.0, 2.0, 1.0, 3.0),
+                      table = kt_function_table(bell, 8, KT_INTERPOLATION_LINEAR);
+    const kt_function parts[] = {ramp, table, ramp};
+    for (int first = 0; first < 2; first++)
+        KT_BREAKPOINTS("sum", kt_function_sum(parts + first, 2), {1.0, 1}, {2.0, 1}, {3.0, 2}, {3.5, 1}, {4.0, 1});
+}
+
 KT_TEST(functions_without_breakpoints_have_none) {
     static const double c[] = {1.0, 2.0, 3.0};
     check_breakpoints("constant", kt_function_constant(2.0), 0, NULL, NULL);

@@ -80,6 +80,7 @@ static bool stands_alone(kt_model *model, const kt_description *description) {
     kt_check_equal_int("misnamed", misnamed(again, description), 0);
     move(again, &moved);
     kt_check_equal_bits("motion", moved.a, tree.a, sizeof tree / sizeof(double));
+    kt_check_true("the model of its set", kt_model_switched(again, kt_switch_set(again)) == again);
     kt_check_equal_int("bytes", (long long)kt_model_size(again), (long long)size);
     for (size_t k = 0; k < GUARD; k++)
         touched += (second[k] != 0xAB) + (second[GUARD + size + k] != 0xAB);

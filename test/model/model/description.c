@@ -58,6 +58,7 @@ KT_TEST(defaults_are_at_rest_with_axes_z) {
     kt_check_equal_bits("second joint axis is not given", &body.joint.axis2.x, zero, 3);
     kt_check_equal_bits("shape axis", &body.shape.axis.x, z, 3);
     kt_check_equal_bits("loop axis", &loop.axis.x, z, 3);
+    kt_check_near("pressure angle of 20 degrees", loop.pressure_angle, 20.0 / 180.0 * 3.14159265358979323846, 1e-16);
     kt_check_equal_bits("second loop axis", &loop.axis2.x, z, 3);
     kt_check_equal_bits("mass", &body.mass, zero, 1);
     kt_check_equal_int("rotation", body.joint.rotation.type, KT_ROTATION_NONE);

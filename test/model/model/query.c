@@ -70,6 +70,8 @@ KT_TEST(joints_are_found_by_their_own_names_and_have_limits) {
     make(&tree);
     kt_tree own = tree;
     own.body[1].joint.name = "rail";
+    own.body[0].joint.type = KT_JOINT_REVOLUTE;
+    own.body[0].joint.limits = (kt_joint_limits){-0.5, 0.5, 6.0, 7.0};
     own.body[1].joint.limits = (kt_joint_limits){-1.0, 2.0, 3.0, 4.0};
     own.description.bodies = own.body;
     own.model = NULL;
@@ -90,8 +92,10 @@ KT_TEST(joints_are_found_by_their_own_names_and_have_limits) {
     kt_check_equal_int("misspelt", find(own.model, "rial", &body, &error), KT_ERROR_ARGUMENT);
     kt_check_contains("message", error.message, "did you mean 'rail'?");
     kt_check_equal_int("the world has none", find(own.model, "world", &body, &error), KT_ERROR_ARGUMENT);
-    const kt_joint_limits limits = kt_joint_limits_of(own.model, 1), none = kt_joint_limits_of(own.model, 2);
-    kt_check_equal_bits("limits", &limits.lower, (const double[]){-1.0, 2.0, 3.0, 4.0}, 4);
+    const kt_joint_limits cart = kt_joint_limits_of(own.model, 1), pendulum = kt_joint_limits_of(own.model, 2),
+                          none = kt_joint_limits_of(tree.model, 2);
+    kt_check_equal_bits("limits", &cart.lower, (const double[]){-1.0, 2.0, 3.0, 4.0}, 4);
+    kt_check_equal_bits("limits", &pendulum.lower, (const double[]){-0.5, 0.5, 6.0, 7.0}, 4);
     kt_check_true("none", none.lower == -(double)INFINITY && none.effort == (double)INFINITY);
 }
 

@@ -24,18 +24,23 @@ static kt_description describe(kt_body bodies[3]) {
 }
 
 KT_TEST(every_variable_is_found_by_its_name) {
+    enum { MOST = 64 };
     kt_body bodies[3];
     const kt_description description = describe(bodies);
-    int count = 0, wrong = 0;
+    int count = 0, wrong = 0, repeated = 0;
+    char names[MOST][64];
     kt_variable variable, found;
-    for (; kt_variable_at(&description, count, &variable); count++) {
-        char name[64];
-        (void)kt_variable_name(&description, &variable, name, sizeof name);
+    for (; count < MOST && kt_variable_at(&description, count, &variable); count++) {
+        char *name = names[count];
+        (void)kt_variable_name(&description, &variable, name, sizeof names[count]);
+        for (int k = 0; k < count; k++)
+            repeated += strcmp(names[k], name) == 0;
         wrong += !kt_variable_find(&description, name, &found) || found.type != variable.type ||
                  found.body != variable.body || found.marker != variable.marker ||
                  found.component != variable.component;
     }
     kt_check_equal_int("wrong", wrong, 0);
+    kt_check_equal_int("names of two variables", repeated, 0);
     kt_check_equal_int("t, 3 of arm, 19 of arm-2, 6 of each of 6 markers", count, 1 + 3 + 19 + 36);
 }
 

@@ -139,6 +139,29 @@ KT_TEST(functions_of_time_and_own_effects_supply_energy) {
     }
 }
 
+/* A loop that closes ends a motion, and an effect brings its stored energy along. */
+KT_TEST(what_is_switched_counts_where_it_is_off_too) {
+    scene s;
+    for (int switching = KT_ALWAYS_ON; switching <= KT_SWITCHED_OFF; switching++) {
+        const bool switched = switching != KT_ALWAYS_ON;
+        scene_begin(&s);
+        s.loop = kt_loop_of("motion", KT_LOOP_MOTION);
+        s.loop.joint = "low";
+        s.loop.function = constant(1.0);
+        s.loop.switching = (kt_switching)switching;
+        s.description.loops = &s.loop;
+        s.description.loop_count = 1;
+        kt_check_equal_int("loop", energetics_of(&s), switched ? KT_ENERGY_DISSIPATED : KT_ENERGY_CONSERVED);
+        s.description.loop_count = 0;
+        s.effect.type = KT_EFFECT_JOINT_SPRING;
+        s.effect.stiffness = 2.0;
+        s.effect.switching = (kt_switching)switching;
+        s.description.effects = &s.effect;
+        s.description.effect_count = 1;
+        kt_check_equal_int("spring", energetics_of(&s), switched ? KT_ENERGY_SUPPLIED : KT_ENERGY_CONSERVED);
+    }
+}
+
 /* ---- the watch --------------------------------------------------------------------------------------------------- */
 
 static kt_energy_watch watch_of(kt_energetics energetics) {
