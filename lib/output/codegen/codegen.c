@@ -416,6 +416,7 @@ static bool print_steps(FILE *file, const kt_code_tree *tree, const char *name, 
     return fine;
 }
 
+/* Functions are printed first, into memory: they number the prepared numbers that the files begin with. */
 static kt_status print_files(const kt_code_tree *tree, const char *name, unsigned functions, kt_code_function *f,
                              FILE *source, FILE *header, kt_error *error) {
     char *text = NULL;

@@ -37,6 +37,8 @@ static const kt_effect_record *find_hard_effect(const kt_model *model, int loop)
     return NULL;
 }
 
+/* Rejects loops for which code cannot be generated. Switches come first, because one hard contact makes the other loops
+ * seem faulty. */
 static kt_status check_loops(const kt_model *model, unsigned functions, kt_error *error) {
     const unsigned closed = KT_CODEGEN_FORWARD_DERIVATIVES | KT_CODEGEN_STEP_DERIVATIVES | KT_CODEGEN_FORWARD |
                             KT_CODEGEN_ACCELERATION | KT_CODEGEN_LOOPS | KT_CODEGEN_PROJECT | KT_CODEGEN_STEPS,

@@ -220,6 +220,8 @@ static kt_op add_signed(kt_graph *g, kt_op a, kt_op b, bool minus) {
 kt_op kt_op_add(kt_graph *g, kt_op a, kt_op b) { return add_signed(g, a, b, false); }
 kt_op kt_op_subtract(kt_graph *g, kt_op a, kt_op b) { return add_signed(g, a, b, true); }
 
+/* Folds numbers, and moves signs to the product. Otherwise the smaller index is the first factor, so that a b and b a
+ * are one node. */
 kt_op kt_op_multiply(kt_graph *g, kt_op a, kt_op b) {
     if (g->failed)
         return 0;

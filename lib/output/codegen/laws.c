@@ -39,6 +39,7 @@ static kt_op spring_in_joint(const code_effect *e, kt_op q, kt_op v) {
     return kt_op_negate(g, kt_op_add_products(g, k, kt_op_subtract(g, q, r), c, v));
 }
 
+/* -(F tanh(v / smoothing) + viscous v), F = coulomb + max(static - coulomb, 0) exp(-(v / stribeck)^2). */
 static kt_op friction_in_joint(const code_effect *e, kt_op v) {
     kt_graph *g = graph_of(e);
     const kt_effect_record *r = e->record;
@@ -89,6 +90,7 @@ static kt_op limit_smoothly(const code_effect *e, kt_op u) {
     return kt_op_choose_above(g, size, kt_op_scale(g, 0.9, limit), signed_force, u);
 }
 
+/* k (target - q) + c (target' - v) between the bounds, then limited smoothly. */
 static kt_op servo_in_joint(const code_effect *e, kt_op q, kt_op v) {
     kt_graph *g = graph_of(e);
     const kt_effect_record *r = e->record;
@@ -145,6 +147,7 @@ static void pull_ends(code_effect *e, kt_op3 force) {
     e->force[1] = negative_of(graph_of(e), force);
 }
 
+/* (k (l - rest) + c l') d / l. Ends at one point have no direction d / l; then the force is c d'. */
 static void spring_between(code_effect *e) {
     kt_graph *g = graph_of(e);
     const kt_effect_record *r = e->record;
@@ -184,6 +187,7 @@ static void resist_along(const code_effect *e, int part, kt_op3 v, kt_op3 *sum) 
     }
 }
 
+/* -(linear + quadratic |v|) v, and the resistance along each axis of the end to its velocity and its rotation. */
 static void drag_at_end(code_effect *e) {
     kt_graph *g = graph_of(e);
     const kt_op3 v = e->end[0].velocity;
@@ -420,6 +424,7 @@ static kt_op3 curves_at_end(const code_effect *e, const char *unit) {
     return vector_at_end(e, value);
 }
 
+/* m' u, with the exhaust's velocity u relative to the body and the mass m as a function of time. */
 static void thrust_at_end(code_effect *e) {
     kt_graph *g = graph_of(e);
     const double u[3] = {e->record->exhaust.x, e->record->exhaust.y, e->record->exhaust.z};
@@ -430,6 +435,8 @@ static void thrust_at_end(code_effect *e) {
     e->force[0] = kt_op33_apply(g, &e->end[0].axes, kt_op3_scale(g, kt_code_rate_of_time(g, mass), exhaust));
 }
 
+/* At one end, three formulas are the force and three the moment. Between two ends, the formula is the force that pushes
+ * the ends apart. */
 static void formulas_at_ends(code_effect *e) {
     kt_graph *g = graph_of(e);
     if (e->record->ends == 1) {

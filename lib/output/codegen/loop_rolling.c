@@ -25,6 +25,7 @@ typedef struct code_disc_contact {
     kt_op3 t, rate; /* t' */
 } code_disc_contact;
 
+/* s, t and t' of the top. turn: w, the angular velocity of the disc as seen from the plane. */
 static code_disc_contact contact_of_disc(const kt_code_closing *c, kt_op3 n, kt_op3 turn) {
     kt_graph *g = c->tree->graph;
     code_disc_contact at;

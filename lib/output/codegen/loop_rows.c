@@ -63,6 +63,7 @@ static void add_coincidence(const kt_code_closing *c, kt_code_loop_rows *rows) {
     }
 }
 
+/* phi = |d| - l, along n = d / |d|: |d|'' - n . d'' = |n x u|^2 / |d|. */
 static void add_distance_row(const kt_code_closing *c, kt_code_loop_rows *rows) {
     kt_graph *g = c->tree->graph;
     const kt_op norm = kt_op3_length(g, c->d), inverse = kt_op_divide(g, kt_op_number(g, 1.0), norm);

@@ -26,6 +26,7 @@ static kt_op op_remainder(kt_graph *g, kt_op x, double period) {
     return kt_op_scale(g, 1.0 / scale, kt_op_call(g, KT_OP_ATAN2, sine, kt_op_call(g, KT_OP_COS, angle, -1)));
 }
 
+/* d - (z . d) z, the part of d normal to the unit vector z. */
 static kt_op3 op_across_less(kt_graph *g, kt_op3 z, kt_op3 d) {
     return kt_op3_subtract(g, d, kt_op3_scale(g, kt_op3_dot(g, z, d), z));
 }
@@ -37,6 +38,7 @@ static kt_op3 op_swing(kt_graph *g, kt_op3 w, kt_op3 r, kt_op3 d) {
     return kt_op3_add(g, coriolis, kt_op3_cross(g, w, kt_op3_cross(g, w, d)));
 }
 
+/* beta of the frame of end k, with its row (formulas at the top; k counts from 0). */
 static code_angle_row angle_in_frame(const kt_code_closing *c, int k) {
     kt_graph *g = c->tree->graph;
     const kt_op3 z = kt_code_end_axis(c, k, 2), d = c->d, p = op_across_less(g, z, d);
@@ -142,6 +144,8 @@ static kt_code_row row_of_belt(const kt_code_closing *c, int k) {
     return row;
 }
 
+/* phi = t . d - gain gamma - phase: t is the rack's axis, which moves with the second end, and gamma its angle about
+ * the axis n of the wheel. */
 static kt_code_row row_of_rack(const kt_code_closing *c) {
     kt_graph *g = c->tree->graph;
     const kt_loop_record *r = c->record;

@@ -143,6 +143,8 @@ static void read_loop_numbers(kt_code_tree *tree, const kt_loop_record *r, kt_co
     }
 }
 
+/* Makes the parameters of a loop. A function of time that does not rest has none: its numbers are folded
+ * (set_function_of_loop). */
 static void read_loop(kt_code_tree *tree, int index) {
     const kt_model *model = tree->model;
     const kt_loop_record *r = &model->loop[index];

@@ -182,6 +182,7 @@ typedef struct code_chain {
     kt_op *slope;
 } code_chain;
 
+/* Begins with the nodes that exist now; derivatives are later nodes. */
 static code_chain chain_make(kt_graph *g, const kt_op *out, int count) {
     const size_t room = (size_t)g->count + 1;
     code_chain chain = {.count = g->count};

@@ -63,6 +63,7 @@ static void hash_kinds(const double *x, int count, kt_code_hash *hash, uint64_t 
     }
 }
 
+/* Adds what formulas fold: indices, and which numbers of the arms are zero. */
 static void hash_variables(const kt_model *model, const kt_effect_record *e, kt_code_hash *hash, uint64_t *h) {
     for (int k = 0; k < e->variable_count; k++) {
         const kt_variable_record *x = &model->variable[e->variable + k];
@@ -130,6 +131,7 @@ static kt_op3 place_of_end(const code_effect *e, int k) {
     return kt_code_place_in_link(e->tree, body, at, e->name, k);
 }
 
+/* The point, velocity and axes of an end in the world, from the link that has the end. */
 static void move_end(code_effect *e, int k) {
     kt_graph *g = e->tree->graph;
     code_end *end = &e->end[k];
@@ -178,6 +180,8 @@ static void pass_loads(kt_code_tree *tree, code_load *load, kt_op *tau) {
     }
 }
 
+/* An effect in a joint adds to tau. An effect at ends adds to the wrenches of links, of which pass_loads() makes joint
+ * forces. */
 static void add_effect(code_effect *e, code_load *load, kt_op *tau) {
     kt_graph *g = e->tree->graph;
     const kt_effect_record *r = e->record;

@@ -67,6 +67,8 @@ static kt_op line_at_edge(kt_graph *g, const double *table, double at, kt_op x) 
     return kt_op_add(g, kt_op_number(g, value.z), linear);
 }
 
+/* A table of one input. Outside of the rows, the table holds its last value, repeats, continues along lines, or is
+ * rejected. */
 static kt_op lookup_of_rows(kt_graph *g, const double *table, kt_op x) {
     const double *rows = table + KT_LOOKUP_HEAD;
     const int count = (int)table[KT_LOOKUP_NX], outside = (int)table[KT_LOOKUP_OUTSIDE];
@@ -121,6 +123,7 @@ static kt_op between_of(kt_graph *g, kt_op low, kt_op high, kt_op share) {
     return kt_op_add(g, low, kt_op_multiply(g, share, kt_op_subtract(g, high, low)));
 }
 
+/* Interpolates between two lines of the grid by x, and then in the line so made by y. */
 static kt_op lookup_of_grid(kt_graph *g, const double *table, kt_op x, kt_op y) {
     const int nx = (int)table[KT_LOOKUP_NX], ny = (int)table[KT_LOOKUP_NY], outside = (int)table[KT_LOOKUP_OUTSIDE];
     const double *axis[2] = {table + KT_LOOKUP_HEAD, table + KT_LOOKUP_HEAD + nx}, *grid = axis[1] + ny;

@@ -143,7 +143,7 @@ static void start_flat(kt_code_tree *tree, int i, const code_flat *p, code_flat 
 
 /* ---- elimination ------------------------------------------------------------------------------------------------- */
 
-/* U, D, tau and y of a joint. */
+/* U, D, 1 / D and tau of a joint. Here y = tau - S . (n_b, f_b): the passes subtract U_f . c. */
 typedef struct flat_pivot {
     kt_op n, inertia, inverse, tau, y;
     kt_op2 f;
@@ -228,6 +228,8 @@ static void give_flat(kt_code_tree *tree, int i, code_flat *all, kt_code_guard *
 
 /* ---- accelerations ----------------------------------------------------------------------------------------------- */
 
+/* qdd = free - gain al_p - slope . a_p. Then al = al_p + qdd and a = a_p + al_p p + c if the joint rotates, else al =
+ * al_p and a has qdd along the joint's axis, too. */
 static void respond_flat(kt_code_tree *tree, int i, const code_flat *p, code_flat *x, kt_op *a) {
     kt_graph *g = tree->graph;
     const kt_link *link = tree->link[i].link;

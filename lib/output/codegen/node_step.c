@@ -178,6 +178,7 @@ static void print_projected(FILE *file, const kt_code_names *n, const kt_model *
                 n->loops_have_time ? "t + h, " : "", q, v);
 }
 
+/* Prints step_explicit(), which all explicit methods share. */
 static void print_explicit(FILE *file, const kt_code_names *n, const kt_model *model) {
     const int nq = kt_model_nq(model), nv = kt_model_nv(model), nx = (int)model->n.x;
     print_step_rate(file, model);
@@ -224,6 +225,7 @@ static void print_move(FILE *file, const kt_model *model) {
     fputs(count_quaternions(model) > 0 ? "    return step_units(next);\n}\n\n" : "    return 0;\n}\n\n", file);
 }
 
+/* Prints the step of the semi-implicit method: velocities first, with which the positions then move. */
 static void print_semi_implicit(FILE *file, const kt_code_names *n, const kt_model *model, const char *signature) {
     const int nq = kt_model_nq(model), nv = kt_model_nv(model), nx = (int)model->n.x;
     fprintf(file,

@@ -58,6 +58,7 @@ static void print_input(const kt_code_printer *p, const kt_op_node *n) {
         fprintf(p->file, "%s[%d]", name_of_input(p, n), (int)n->b);
 }
 
+/* A number, an input, or a prepared number, which gets its index when it is printed first. */
 static void print_leaf(kt_code_printer *p, kt_op i, code_place place) {
     const kt_op_node *n = &p->graph->node[i];
     if (n->kind == KT_OP_CONSTANT) {
@@ -101,6 +102,7 @@ static void print_call(kt_code_printer *p, const kt_op_node *n) {
     fputs(")", p->file);
 }
 
+/* Outside of functions of the state there are no lanes, so that C chooses. */
 static void print_choice(kt_code_printer *p, const kt_op_node *n) {
     const bool is_real = p->origin == KT_OP_OF_STATE;
     fputs(is_real ? "CHOOSE(" : "(", p->file);
@@ -112,6 +114,7 @@ static void print_choice(kt_code_printer *p, const kt_op_node *n) {
     fputs(")", p->file);
 }
 
+/* An operation with its operands. -(a - b) becomes b - a, if a - b has no variable of its own. */
 static void print_expression(kt_code_printer *p, kt_op i, code_place place) {
     static const char *const sign[] = {
         [KT_OP_ADD] = " + ", [KT_OP_SUBTRACT] = " - ", [KT_OP_MULTIPLY] = " * ", [KT_OP_DIVIDE] = " / "};
@@ -174,6 +177,7 @@ static void print_slot(const kt_code_printer *p, const kt_code_slot *s, kt_op i)
         print_index(p, "w", kt_code_roll_place(from, s->base, s->row), s->step * kt_code_roll_stride(from));
 }
 
+/* Prints a reference to a node: its text, its variable, its number in `w`, or its name in the loop that is printed. */
 static void print_operand(kt_code_printer *p, kt_op i, code_place place) {
     const kt_op_node *n = &p->graph->node[i];
     const int loop = kt_code_loop_of(p, i);

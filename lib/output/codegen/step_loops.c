@@ -18,6 +18,8 @@
 #include "codegen/print_function.h"
 #include "kinetree/codegen.h"
 
+/* Prints the functions with which lanes close their loops: a lane is closed if its gap is rounding, or is small and did
+ * not halve. */
 static void print_gap(FILE *file, int rows) {
     fputs("#define ROUNDING (number)(sizeof(number) < sizeof(double) ? 1e-6 : 2e-15)\n"
           "#define CLOSED (number)(sizeof(number) < sizeof(double) ? 1e-4 : 1e-12)\n\n",

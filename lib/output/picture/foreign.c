@@ -52,6 +52,7 @@ static bool triangles_are_finite(const kt_triangles *mesh) {
     return finite;
 }
 
+/* Joins all meshes of a file. On failure *mesh is untouched. */
 static kt_status take_foreign_scene(const struct aiScene *scene, kt_triangles *mesh, kt_error *error) {
     size_t vertices, triangles;
     kt_triangles made = {.vertices = NULL};
@@ -96,6 +97,7 @@ static bool announces_too_much(const char *text, size_t size) {
     return false;
 }
 
+/* The axes of the file remain: Collada's up direction is ignored, as in mesh files of other formats. */
 static kt_status read_by_assimp(const char *path, const char *text, size_t size, kt_triangles *mesh, kt_error *error) {
     const char *dot = strrchr(path, '.');
     struct aiPropertyStore *how = aiCreatePropertyStore();

@@ -23,6 +23,7 @@ void kt_picture_add_solid(kt_picture_maker *m, kt_solid solid) {
     p->solids[p->solid_count++] = solid;
 }
 
+/* A shape may be a solid, or edges that are drawn as solids. */
 static void add_shape(kt_picture_maker *m, int body, const kt_shape *shape) {
     kt_solid solid = {.body = body};
     if (kt_solid_of_shape(shape, &solid))

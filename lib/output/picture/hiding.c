@@ -34,8 +34,8 @@ typedef struct shown {
     kt_solid solid;
     kt_outline outline;
     double left, right, bottom, top, area;
-    double width; /* half of the least extent in the plane of a diagram */
-    bool shines, lets_shine;
+    double width;            /* half of the least extent in the plane of a diagram */
+    bool shines, lets_shine; /* may be seen inside of another piece (a whole solid alone may); may show such a piece */
 } shown;
 
 /* Half of the least extent in the plane of a diagram, for a solid whose axes are in this plane or normal to it. Half of
@@ -85,6 +85,7 @@ typedef struct relation {
     bool a_inside, b_inside; /* of the other, everywhere */
 } relation;
 
+/* In a diagram, pieces that share depth at a sample have no order there. */
 static void sample_overlap(const shown *a, const shown *b, kt_outline_point at, bool is_diagram, relation *r) {
     double back_a, front_a, back_b, front_b;
     if (!depth_at(&a->solid, at, &back_a, &front_a) || !depth_at(&b->solid, at, &back_b, &front_b))
@@ -252,6 +253,8 @@ static bool add_edge(graph *g, int behind, int before, double weight) {
     return true;
 }
 
+/* Adds the edge between two pieces. If each is in front somewhere and cuts are allowed, plans to cut one of them, the
+ * thinner one first. */
 static bool relate_pair(graph *g, const kt_pieces *pieces, int i, int j, double tolerance, bool is_diagram,
                         bool may_cut) {
     const kt_piece *a = &pieces->items[i], *b = &pieces->items[j];
@@ -349,6 +352,7 @@ static int find_cycle(const graph *g, const kt_pieces *pieces, double tolerance,
     return lightest;
 }
 
+/* The first of the edges of a piece `behind`, by bisection: edges are sorted by `behind`. */
 static int first_edge(const graph *g, int behind) {
     int low = 0, high = g->edge_count;
     while (low < high) {
@@ -472,6 +476,7 @@ static void free_graph(graph *g) {
     free(g->edges);
 }
 
+/* Sorts the pieces as they are painted. A negative entry of `order` leaves a piece out. */
 static bool put_in_order(kt_pieces *pieces, const int *order) {
     kt_piece *sorted = malloc((size_t)pieces->count * sizeof *sorted + 1);
     if (sorted == NULL)

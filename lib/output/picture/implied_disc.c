@@ -105,6 +105,7 @@ static void nest_block(kt_solid *block, int k, int n) {
     block->half = kt_vec3_make(thin * block->half.x, thin * block->half.y, along * block->half.z);
 }
 
+/* Each group of nested blocks is treated once, with its first block. */
 static void nest_blocks(kt_picture_maker *m) {
     kt_solid *all = m->picture->solids, *group[COAXIAL_MOST];
     const int count = m->picture->solid_count;

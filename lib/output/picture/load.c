@@ -130,6 +130,7 @@ static bool fill_surface(const kt_triangles *mesh, const int *first, const int *
     return true;
 }
 
+/* first, list: the triangles at each vertex (list_around). */
 static kt_status make_surface(const kt_triangles *mesh, kt_mesh *surface, kt_error *error) {
     int *first = calloc((size_t)mesh->vertex_count + 2, sizeof *first);
     int *list = calloc(3 * (size_t)mesh->triangle_count + 1, sizeof *list);

@@ -20,6 +20,7 @@ typedef struct question {
     size_t size;
 } question;
 
+/* Runs in the child process. An error is part of the answer; false means that the answer could not be written. */
 static bool read_mesh_in_child(int to, void *user) {
     const question *q = user;
     kt_triangles made = {.vertices = NULL};

@@ -15,6 +15,7 @@ static kt_mat3 frame_along(kt_mat3 frame, kt_vec3 axis) {
                                          : frame;
 }
 
+/* The frame of an end in its body, with z along the loop's axis. A marker of the end replaces the body's frame. */
 static kt_body_frame picture_frame_of(const kt_picture_maker *m, const kt_end *end, kt_vec3 axis) {
     kt_body_frame frame = {.body = end->body != NULL ? kt_body_find(m->model, end->body) : 0};
     frame.body = frame.body > 0 ? frame.body : 0;

@@ -15,6 +15,7 @@ static const double pi = 3.14159265358979323846;
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
+/* Makes room for so many further points and triangles. Arrays that have grown before a failure stay valid. */
 static bool make_mesh_room(kt_mesh *mesh, int points, int triangles) {
     const size_t point_count = (size_t)mesh->point_count;
     size_t room = mesh->point_room; /* both arrays of points have the same */
@@ -74,6 +75,7 @@ static void add_band(kt_mesh *mesh, int sides, int lower, int upper) {
     }
 }
 
+/* Triangles between a pole and a ring, counterclockwise as seen from above (is_top) or from below. */
 static void add_fan(kt_mesh *mesh, int sides, int ring, int pole, bool is_top) {
     for (int i = 0; i < sides; i++) {
         const int j = (i + 1) % sides;
@@ -83,6 +85,7 @@ static void add_fan(kt_mesh *mesh, int sides, int ring, int pole, bool is_top) {
 
 /* ---- solids ------------------------------------------------------------------------------------------------------ */
 
+/* Each face has four points of its own, because normals differ at the edges. */
 static bool add_box(kt_mesh *mesh, const kt_solid *solid) {
     if (!make_mesh_room(mesh, 24, 12))
         return false;
@@ -103,6 +106,7 @@ static bool add_box(kt_mesh *mesh, const kt_solid *solid) {
     return true;
 }
 
+/* Points on the rims exist twice: with normals along the axis for the ends, and outwards for the side. */
 static bool add_cylinder(kt_mesh *mesh, const kt_solid *solid, int sides) {
     const double r = solid->half.x, z = solid->half.z;
     if (!make_mesh_room(mesh, 4 * sides + 2, 4 * sides))

@@ -38,6 +38,7 @@ static void draw_ring(pencil *p, double radius, double z) {
     draw_circle(p, kt_vec3_make(0.0, 0.0, z), kt_vec3_make(radius, 0.0, 0.0), kt_vec3_make(0.0, radius, 0.0));
 }
 
+/* Draws up to four turns around the height `middle`. */
 static void draw_helix(pencil *p, const kt_track *track, double middle, double reach) {
     const int turns = (int)fmin(4.0, 1.0 + reach / (fabs(track->pitch) * turn)), steps = ROUND * turns;
     const double first = middle / track->pitch - 0.5 * turn * turns;
