@@ -2,8 +2,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "check.h"
 #include "describe.h"
+#include "fixture.h"
 
+#include "kinetree/mechanism.h"
 #include "kinetree/model.h"
+
+#include <math.h>
+#include <string.h>
 
 enum { ARM, PLATE, SHELF, BODIES };
 
@@ -90,5 +95,38 @@ KT_TEST(half_turns_are_initial_positions) {
         kt_model_initial(model, q, v);
         kt_check_equal_bits("position", q, expected, 4);
         kt_model_free(model);
+    }
+}
+
+/* Two wheels in mesh outside of each other: r a = -r2 b for their angles about the loop's z. The joint of the second
+ * wheel turns about -z, so that its coordinate is -b. Radii in the golden ratio fit no numbers of teeth, so that the
+ * joints count the turns. */
+KT_TEST(joints_against_the_axis_of_a_gear_count_its_turns_backwards) {
+    const double radius2 = 0.5 + sqrt(1.25), q0[2] = {7.5, 0.0};
+    kt_body body[2];
+    kt_loop loop = kt_loop_of("mesh", KT_LOOP_GEAR);
+    const char *hold[] = {"first"};
+    double q[2], v[2];
+    kt_error error = {0};
+    for (int i = 0; i < 2; i++) {
+        body[i] = kt_body_of(i == 0 ? "first" : "second", NULL, KT_JOINT_REVOLUTE, 1.0);
+        body[i].joint.axis = kt_vec3_make(0.0, 0.0, i == 0 ? 1.0 : -1.0);
+        body[i].joint.at.x = i * (1.0 + radius2);
+        body[i].inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
+        loop.between[i].body = body[i].name;
+    }
+    loop.axis = loop.axis2 = kt_vec3_make(0.0, 0.0, 1.0);
+    loop.radius = 1.0;
+    loop.radius2 = radius2;
+    kt_description description = kt_description_of(body, 2, &loop, 1, NULL, 0);
+    description.hold = hold;
+    description.hold_count = 1;
+    kt_model *model = kt_test_model(&description, NULL);
+    kt_data *data = kt_test_data(model);
+    kt_model_initial(model, q, v);
+    memcpy(q, q0, sizeof q);
+    if (kt_fine("assemble", kt_state_assemble(model, data, 0.0, q, v, &error), &error)) {
+        kt_check_near("first wheel", q[0], q0[0], 1e-12);
+        kt_check_near("second wheel", q[1], q0[0] / radius2, 1e-12);
     }
 }

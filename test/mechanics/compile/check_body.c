@@ -68,6 +68,20 @@ KT_TEST(numbers_of_a_joint_are_finite) {
             "joint.type is 42, and there is no joint of that number; take one of kt_joint_type");
 }
 
+KT_TEST(limits_of_joints_are_possible) {
+    REJECTS(CRANK, (b->joint.limits.lower = 1.0, b->joint.limits.upper = 0.5), -1, "joint.limits", "body 'crank'",
+            "joint.limits.lower is 1, and joint.limits.upper is 0.5; lower must not be above upper");
+    REJECTS(CRANK, b->joint.limits.velocity = -2.0, -1, "joint.limits", "body 'crank'",
+            "joint.limits.velocity is -2; it cannot be negative");
+    REJECTS(CRANK, b->joint.limits.effort = -3.0, -1, "joint.limits", "body 'crank'",
+            "joint.limits.effort is -3; it cannot be negative");
+    REJECTS(BALL, b->joint.limits.upper = 1.0, -1, "joint.limits", "body 'ball'",
+            "joint.limits are those of a joint with one coordinate, and a spherical joint has 4; leave them out");
+    PASSES("limits that leave one position", CRANK, b->joint.limits.lower = b->joint.limits.upper = 0.5);
+    PASSES("limits that permit no velocity and no effort", CRANK,
+           b->joint.limits.velocity = b->joint.limits.effort = 0.0);
+}
+
 KT_TEST(what_a_joint_does_not_read_is_not_checked) {
     PASSES("pitch of a revolute", CRANK, b->joint.pitch = nan_value);
     PASSES("second position of a revolute", CRANK, b->joint.position[1] = nan_value);

@@ -278,6 +278,31 @@ KT_TEST(a_simulation_goes_on_with_what_is_set) {
         kt_worst_near(&error, kt_simulation_positions(one)[i], kt_simulation_positions(two)[i], 1e-12, "%d", i);
 }
 
+/* A motion that was compiled at rest drives once it is set to move: its work done is the growth of the energy. */
+KT_TEST(a_loop_at_rest_that_is_set_to_move_supplies_energy) {
+    kt_model *model =
+                 kt_test_model(&kt_test_scene("kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+                                              "  - {name: arm, joint: {type: revolute, axis: y}, mass: 2, com: [1, "
+                                              "0, 0], inertia: [0, 1, 1]}\n"
+                                              "loops:\n  - {name: drive, type: motion, joint: arm, position: 0}\n")
+                                    ->description,
+                               NULL),
+             *copy = copy_of(model);
+    const trial to_move = {"loop drive.position", 0, "", 4, {0.0, 0.0, 3.0, 0.0}}; /* 3 t^2 / 2 */
+    kt_run run = kt_run_default();
+    kt_error e;
+    run.record = KT_RECORD_BALANCE;
+    run.integrator = "dopri5";
+    if (!set(copy, &to_move))
+        return;
+    kt_simulation *simulation = kt_test_simulation(copy, &run, NULL);
+    kt_need_fine("advance", kt_simulation_advance(simulation, 0.5, &e), &e);
+    const double angle = 3.0 * 0.5 * 0.5 / 2.0, rate = 3.0 * 0.5,
+                 energy = 0.5 * 3.0 * rate * rate - 2.0 * 9.81 * sin(angle);
+    kt_check_near("position", kt_simulation_positions(simulation)[0], angle, 1e-9);
+    kt_check_near("work of the drive, J", kt_simulation_work(simulation).supplied, energy, 1e-6);
+}
+
 /* Numbers that a description must contain may be set to no effect: a servo without gains, stops at infinity. */
 KT_TEST(an_effect_is_switched_off_by_its_numbers) {
     static const struct {

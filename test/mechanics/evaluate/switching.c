@@ -371,3 +371,43 @@ KT_TEST(a_parameter_is_set_in_every_set) {
     kt_check_equal_int("sets with another number", wrong, 0);
     free(memory);
 }
+
+/* An arm is given at 0.3 rad, and a motion holds it at 0.5 rad. Two springs on its tip have no given length. Therefore
+ * they store no energy at 0.5 rad, where the arm starts, in each set. */
+KT_TEST(springs_without_a_length_start_unstretched_in_every_set) {
+    static const double angle[] = {0.5, 0.9};
+    kt_body arm = kt_body_of("arm", NULL, KT_JOINT_REVOLUTE, 1.0);
+    kt_loop hold = kt_loop_of("hold", KT_LOOP_MOTION);
+    kt_effect spring[2];
+    kt_error e = {0};
+    arm.joint.axis = kt_vec3_make(0.0, 0.0, 1.0);
+    arm.joint.position[0] = 0.3;
+    arm.inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
+    hold.joint = "arm";
+    hold.function = kt_function_constant(angle[0]);
+    for (int i = 0; i < 2; i++) {
+        spring[i] = kt_effect_of(KT_EFFECT_SPRING, NULL);
+        spring[i].name = i == 0 ? "switched" : "always";
+        spring[i].between[0].body = "arm";
+        spring[i].between[0].at = kt_vec3_make(1.0, 0.0, 0.0);
+        spring[i].between[1].at = kt_vec3_make(2.0, 3.0 * i, 0.0);
+        spring[i].stiffness = 10.0;
+        spring[i].initial_length = true;
+    }
+    spring[0].switching = KT_SWITCHED_ON;
+    const kt_description d = kt_description_of(&arm, 1, &hold, 1, spring, 2);
+    const kt_model *model = kt_test_model(&d, NULL);
+    kt_data *data = kt_test_data(model);
+    for (uint64_t set = 0; set < 2; set++) {
+        const kt_model *one = kt_model_switched(model, set);
+        for (int i = 0; i < 2; i++) {
+            const double v = 0.0;
+            kt_need_fine("kinematics", kt_kinematics_update(one, data, &angle[i], &v, NULL, &e), &e);
+            const double energy = kt_effect_energy(one, data, 0.0, &angle[i], &v);
+            if (i == 0)
+                kt_check_near("energy at the start, J", energy, 0.0, 5.0 * pow(16.0 * DBL_EPSILON, 2.0));
+            else
+                kt_check_above("energy elsewhere, J", energy, 0.1);
+        }
+    }
+}

@@ -53,6 +53,32 @@ static void accelerate(mechanism *s, double t, const double *q, const double *v,
         kt_check_text(error.where, error.message, "");
 }
 
+/* A hook is fixed to the arm. Its points act and are read as the same points of the arm. */
+#define HOOKED(arm_markers, hook_markers, eye, tip)                                                                    \
+    "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"                                                                   \
+    "  - {name: arm, joint: {type: universal, axis: x, position: [20 deg, 10 deg], velocity: [1, -2]}, mass: 1, com: " \
+    "[0, 0, -0.5], inertia: [1, 1.1, 1.2], markers: {" arm_markers "}}\n"                                              \
+    "  - {name: hook, parent: arm, joint: {type: fixed, at: [0.1, 0.2, -0.6]}, mass: 0.5, com: [0, 0.1, 0], inertia: " \
+    "[0.1, 0.1, 0.1], markers: {" hook_markers "}}\n"                                                                  \
+    "effects:\n"                                                                                                       \
+    "  - {type: expression, path: [{body: world, at: [1, 0.5, 0]}, " eye ", " tip                                      \
+    ", {body: world, at: [0, 2, -1]}], force: \"-30*(length - 1) - 2*speed\"}\n"                                       \
+    "  - {type: expression, joint: \"arm[0]\", force: \"3*marker." eye ".x*marker." tip ".vz + marker." tip            \
+    ".y^2 - marker." eye ".vy\"}\n"
+
+KT_TEST(points_of_fixed_bodies_act_and_are_read_as_points_of_what_carries_them) {
+    static const char *const texts[] = {
+        HOOKED("a: [0, 0, 0]", "eye: [0.05, 0, 0.1], tip: [0.3, -0.2, -0.4]", "hook.eye", "hook.tip"),
+        HOOKED("eye: [0.15, 0.2, -0.5], tip: [0.4, 0, -1]", "a: [0, 0, 0]", "arm.eye", "arm.tip")};
+    mechanism s[2];
+    for (int i = 0; i < 2; i++) {
+        make(&s[i], texts[i]);
+        accelerate(&s[i], 0.0, s[i].q, s[i].v, s[i].a);
+    }
+    for (int k = 0; k < 2; k++)
+        kt_check_near("acceleration", s[0].a[k], s[1].a[k], 1e-13 * (fabs(s[1].a[0]) + fabs(s[1].a[1])));
+}
+
 /* Springs, dampers, motors and constant forces, as formulas. */
 KT_TEST(formulas_give_the_forces_of_effects_in_c) {
     static const char *const in_c = BODIES("100", "y")

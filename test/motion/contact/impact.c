@@ -35,6 +35,38 @@ KT_TEST(impact_with_friction_sticks_or_slips) {
     }
 }
 
+/* A ball of radius r falls by h onto a plane. The normal is given with any length, and the plane by a marker of a body.
+ * The first impact is at sqrt(2 h / g). */
+KT_TEST(planes_are_where_their_markers_and_normals_have_them) {
+    static const double lengths[] = {0.25, 1.0, 3.0};
+    for (int i = 0; i < 3; i++)
+        for (int at_marker = 0; at_marker < 2; at_marker++) {
+            const double h = 0.2, top = at_marker ? 0.75 : 0.0;
+            const kt_marker marker = {.name = "top", .at = kt_vec3_make(0.0, 0.0, 1.0)};
+            touch_scene s;
+            touch_scene_ball(&s, 0.0, 0.5);
+            s.body[0].joint.position[2] = top + 0.1 + h;
+            s.effect[0].axis = kt_vec3_make(0.0, 0.0, lengths[i]);
+            s.body[1].name = "table";
+            s.body[1].joint.at.z = -0.25;
+            s.body[1].mass = 1.0;
+            s.body[1].markers = &marker;
+            s.body[1].marker_count = 1;
+            s.description.body_count = 2;
+            s.effect[0].between[1].body = at_marker ? "table" : NULL;
+            s.effect[0].between[1].marker = at_marker ? "top" : NULL;
+            kt_model *model = kt_scene_compile(&s.description);
+            kt_simulation *simulation = touch_start(model, "dopri5", 0.0);
+            kt_error error = {0};
+            kt_status status = KT_OK;
+            while (status == KT_OK && kt_simulation_contacts(simulation).impacts == 0 &&
+                   kt_simulation_time(simulation) < 1.0)
+                status = kt_simulation_step(simulation, 1.0, &error);
+            kt_need_fine("fall", status, &error);
+            kt_check_near("time of the impact, s", kt_simulation_time(simulation), sqrt(2.0 * h / g), 1e-12);
+        }
+}
+
 /* One phase at a contact in a plane, by hand. W = nn, nt, tt; u = n, t becomes u + W p, with p >= `least` along n. */
 static void phase_by_hand(const double *W, double mu, double least, double *u, double *p) {
     for (int part = 0; part < 2; part++) { /* pressing, and then with the least impulse */
