@@ -95,6 +95,9 @@ static kt_lane_mask finite_lanes(kt_condition sound, const kt_real1 *x, size_t n
     return kt_mask_of(sound & (excess == kt_real1_splat(0.0)));
 }
 
+/* Below: the members of kt_lane_kernels, whose contracts are in lanes.h. Each casts the arrays of doubles to vectors of
+ * KT_LANES states, and calls the kernel for the model whose numbers are those of the lanes. */
+
 /* Accelerations of a tree: the spatial and the planar links of the model, which do not act on each other. */
 static void forward_tree(const kt_model *model, kt_data *data, const kt_lanes_at *at, kt_real1 *a) {
     if (model->sweep != KT_SWEEP_PLANAR)

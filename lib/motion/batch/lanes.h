@@ -110,7 +110,8 @@ typedef struct kt_lane_kernels {
     void (*interpolate)(double *out, const kt_lane_step *step, const double *thetas, double *const *k, size_t n);
     /* The first call initialises the memory of `adjoint`, as `layout`. The second one is the adjoint of forward
      * dynamics of a tree, without effects, at the accelerations a. The gradient has 3 nv numbers, of which the last nv
-     * are mu on entry. On exit it is the gradient of mu . a with respect to xi, v and tau, as in kt_stage_adjoint.
+     * are mu on entry. On exit it is the gradient of mu . a with respect to v, tau and xi, which is a change of q in
+     * velocity coordinates (rotations instead of quaternions).
      * Returns the lanes that could be computed; their numbers may not be finite. */
     size_t (*adjoint_layout)(const kt_model *model, void *memory);
     kt_lane_mask (*adjoint)(const kt_model *model, void *work, void *memory, const kt_lane_state *at, const double *a,

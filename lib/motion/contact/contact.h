@@ -575,7 +575,7 @@ uint64_t kt_contacts_find_held(const kt_simulation *simulation);
 /* No gap may be deeper than this part of the mechanism's length, or of 1 rad. */
 static const double kt_contact_deep = 1e-6;
 
-/* No contact closes or ends at this instant. */
+/* No contact closes or ends at this instant: clears what an event, or an earlier attempt, has marked. */
 static inline void kt_contacts_clear_due(struct kt_contacts *c) {
     for (int k = 0; k < c->n; k++)
         c->item[k].meets = c->item[k].leaves = false;

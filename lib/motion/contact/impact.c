@@ -197,8 +197,9 @@ static double rate_before(const kt_simulation *simulation, const double *u, int 
     return kt_contacts_residual(c, c->list[line], c->component[line], v, c->rate, &size);
 }
 
-/* Adds the impulses of compression to the phase, and returns the energy that both phases dissipate. *size: the sum of
- * the terms' magnitudes. */
+/* Adds the impulses of compression to p of the phase, whose rates are final. Returns the energy that both phases
+ * dissipate, -sum p (u- + u+) / 2. *size: sum |p u| / 2, to which rounding of this energy is relative. u: the rates
+ * before the impact; if drives struck, the rates behind the jump of drives. */
 static double loss_of(const kt_simulation *simulation, const double *u, const kt_impact_phase *compression,
                       kt_impact_phase *phase, double *size) {
     double lost = 0.0;

@@ -53,7 +53,7 @@ void kt_dense_state(const kt_integrator *it, double t, size_t slots, double *con
     assert(slots <= it->sizes.slots && slots <= KT_METHOD_STAGES_MAX + 1);
     assert(it->memory.t != it->memory.previous_t && y_out != it->y && y_out != it->previous_y);
     const double t0 = it->memory.previous_t, theta = (t - t0) / (it->memory.t - t0);
-    const double part = theta * theta * (3.0 - 2.0 * theta);
+    const double part = theta * theta * (3.0 - 2.0 * theta); /* A; the weights include all terms but A (y1 - y0) */
     const double *y0 = it->previous_y, *y1 = it->y;
     const size_t n = it->sizes.n;
     kt_stage_term terms[KT_METHOD_STAGES_MAX + 1];

@@ -115,8 +115,8 @@ static kt_try_result damp(kt_integrator *it, double t, double h_gamma, size_t sl
  *
  * A correction with a weighted norm above 1 is damped. If a damping lambda exists that shortens the next correction,
  * and iterations are left, the iteration goes on. In all other cases this iteration is the last one. It takes the whole
- * correction unless a lambda was found, and has converged if the norm is at most 1e8, which test_fixed (newton.c) would
- * accept, too. Norms above 1e4 are counted. *done: the iteration has converged. */
+ * correction unless a lambda was found, and has converged if the norm is at most KT_NEWTON_TOLERATED. *done: the
+ * iteration has converged. */
 static kt_try_result correct_damped(kt_integrator *it, double t, double h_gamma, size_t slot, bool *done,
                                     kt_try *result) {
     const size_t n = it->sizes.n;
@@ -137,8 +137,8 @@ static kt_try_result correct_damped(kt_integrator *it, double t, double h_gamma,
         return KT_TRY_PASSED;
     for (size_t l = 0; l < n && !is_damped; l++)
         stage[l] = from[l] + correction[l];
-    it->memory.counts.capped += size > 1e4 && size <= 1e8;
-    *done = size <= 1e8;
+    it->memory.counts.capped += size > KT_NEWTON_ROUNDED && size <= KT_NEWTON_TOLERATED;
+    *done = size <= KT_NEWTON_TOLERATED;
     return *done ? KT_TRY_PASSED : kt_newton_diverged(it, 0.5, result);
 }
 

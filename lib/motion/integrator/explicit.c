@@ -30,6 +30,8 @@
 
 /* ---- the table, compiled ----------------------------------------------------------------------------------------- */
 
+/* `terms` is the most that can be nonzero: s (s - 1) / 2 of a, s of each of b, e and e_low, and w + r of row r of the
+ * stages of the dense output, which read all slots before their own. */
 void kt_explicit_measure(const kt_method *method, kt_integrator_sizes *sizes) {
     const size_t s = (size_t)method->stages, w = (size_t)kt_method_fresh(method) + 1, d = (size_t)method->dense_stages;
     sizes->slots = w + d;
@@ -79,6 +81,7 @@ static double explicit_error_norm(const kt_integrator *it, double h) {
 
 /* ---- linear stability -------------------------------------------------------------------------------------------- */
 
+/* The coefficients of R: 1/k! up to the order p, then b' A^(k-1) 1. */
 static kt_status explicit_polynomial(const kt_method *m, int stages, kt_stability *out, kt_error *error) {
     (void)stages; /* an explicit method has a fixed number of stages */
     (void)error;
@@ -134,6 +137,7 @@ typedef struct excess {
     int first, degree;
 } excess;
 
+/* |R(iy)| <= 1, judged by the sum without its factor y^(2 first). */
 static bool explicit_inside_imaginary(const void *problem, double y) {
     const excess *p = problem;
     double sum = 0.0;

@@ -76,6 +76,8 @@ kt_status kt_multistep_check_sizes(const kt_method *m, kt_error *error) {
 
 /* ---- order ------------------------------------------------------------------------------------------------------- */
 
+/* The condition of order for y = t^q: 0^q = sum_i a_i (-i)^q + q sum_j b_j (-j)^(q-1), within the rounding of a and
+ * b. */
 static kt_status check_power(const kt_method *m, const char *what, const double *a, const double *b, int q,
                              kt_error *error) {
     long double sum = q == 0 ? -1.0L : 0.0L, size = 1.0L;
@@ -109,6 +111,7 @@ kt_status kt_multistep_check_order(const kt_method *m, kt_error *error) {
 
 /* ---- the characteristic polynomial ------------------------------------------------------------------------------- */
 
+/* characteristic[i] has the coefficients of 1, z and z^2 in the factor of xi^(n-i). */
 kt_status kt_multistep_stability(const kt_method *m, int stages, kt_stability *out, kt_error *error) {
     (void)stages;
     (void)error;
@@ -215,6 +218,7 @@ static bool find_characteristic_roots(const kt_stability *s, kt_complex z, roots
     return true;
 }
 
+/* The root that represents the motion: of all roots the nearest to e^z. */
 kt_complex kt_multistep_value(const kt_stability *s, kt_complex z) {
     assert(s->degree >= 0);
     roots r;

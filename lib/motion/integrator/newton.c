@@ -418,8 +418,8 @@ static kt_try_result test_fixed(kt_integrator *it, double size, bool *done, kt_t
     if (w->iterations < 2)
         return KT_TRY_PASSED;
     w->now.ratio = w->rate < 1.0 ? w->rate / (1.0 - w->rate) : HUGE_VAL;
-    *done = (w->rate >= 0.5 && size <= 1e4) || (w->rate >= 1.0 && size <= 1e8);
-    it->memory.counts.capped += *done && size > 1e4;
+    *done = (w->rate >= 0.5 && size <= KT_NEWTON_ROUNDED) || (w->rate >= 1.0 && size <= KT_NEWTON_TOLERATED);
+    it->memory.counts.capped += *done && size > KT_NEWTON_ROUNDED;
     if (*done)
         return KT_TRY_PASSED;
     if (w->rate >= 1.0 && w->iterations > 4) /* the first corrections may grow */
@@ -445,6 +445,7 @@ static double error_ratio(const kt_integrator *it) {
     return w->last_quotient < 1.0 ? w->last_quotient / (1.0 - w->last_quotient) : HUGE_VAL;
 }
 
+/* quotient * bare extrapolates the next |r / sigma|; above 1, the residual is not tolerable (hidden residuals). */
 void kt_newton_store_residual(kt_integrator *it, size_t stage, double bare) {
     assert(!(bare < 0.0));
     kt_newton_work *w = kt_newton_of(it);
@@ -456,6 +457,7 @@ void kt_newton_store_residual(kt_integrator *it, size_t stage, double bare) {
     }
 }
 
+/* Whether a correction of this size hides a residual that is not tolerable, and is not rounding itself. */
 static bool is_hidden(const kt_integrator *it, double size) {
     const kt_newton_work *w = kt_newton_of(it);
     if (size >= KT_HIDDEN_PART * w->hidden)

@@ -11,6 +11,12 @@
 /* The most iterations of a try: with adaptive steps, and with fixed steps, which are iterated to rounding. */
 enum { KT_NEWTON_ITERATIONS = 7, KT_NEWTON_ITERATIONS_FIXED = 50 };
 
+/* With fixed steps, the size of a correction is relative to 4 eps |y|. Once corrections stop shrinking, their size
+ * decides: up to KT_NEWTON_ROUNDED they are rounding of f, up to KT_NEWTON_TOLERATED (1e-7 of y) they are accepted and
+ * counted (counts.capped), and above that the iteration has diverged. */
+#define KT_NEWTON_ROUNDED 1e4
+#define KT_NEWTON_TOLERATED 1e8
+
 /* The most stages that are iterated at once. */
 enum { KT_NEWTON_STAGES = 3 };
 

@@ -51,8 +51,8 @@ typedef struct extended {
 
 typedef struct tree {
     int nodes;
-    int level[NODES];
-    long double gamma;
+    int level[NODES];                    /* depth of each node, in preorder */
+    long double gamma;                   /* density */
     long double phi[SLOTS], size[SLOTS]; /* Phi_i, and Phi_i of the absolute values */
 } tree;
 
@@ -70,6 +70,8 @@ static int entry_index_of(const kt_method *m, int i, int j) {
     return is_implicit(m) ? i * m->stages + j : i * (i - 1) / 2 + j;
 }
 
+/* Checks that all coefficients are finite and that an error estimate is not zero. With fsal, the last stage must be y1
+ * at t1: its row of a is b, and c = 1. The row of an explicit method has no entry for b_s, so that b_s is 0. */
 static kt_status check_entries(const kt_method *m, kt_error *error) {
     const int s = m->stages, w = kt_method_fresh(m) + 1, d = m->dense_stages;
     const bool finite = all_finite(m->a, is_implicit(m) ? s * s : s * (s - 1) / 2) && all_finite(m->b, s) &&
@@ -93,6 +95,7 @@ static kt_status check_entries(const kt_method *m, kt_error *error) {
     return same ? KT_OK : kt_table_reject(m, error, "fsal is set, but the last row of a is not b, or the last c not 1");
 }
 
+/* Weights with the rounding of `values`, and of `sizes` if they are differences that include these (NULL: none). */
 static void set_weights(weights *w, const double *values, int count, const double *sizes) {
     for (int i = 0; i < SLOTS; i++) {
         w->value[i] = i < count && values != NULL ? (long double)values[i] : 0.0L;
@@ -157,6 +160,7 @@ static void extend_table(const kt_method *m, extended *x) {
         set_dense_weights(x, (long double)(i + 1) / (long double)x->thetas, &x->dense[i]);
 }
 
+/* c_i = sum_j a_ij for all slots, within the rounding of the coefficients to double. */
 static kt_status check_row_sums(const extended *x, kt_error *error) {
     const kt_method *m = x->method;
     const int fresh = kt_method_fresh(m);
@@ -246,6 +250,7 @@ static void write_rooted_tree(const tree *t, char *text) {
     *text = '\0';
 }
 
+/* Checks the condition of one tree, sum_i w_i Phi_i(t) = target, within rho eps sum |terms| (see above). */
 static kt_status check_condition(const extended *x, const tree *t, const weights *w, long double target,
                                  const char *what, kt_error *error) {
     long double sum = 0.0L, size = 0.0L;

@@ -1,7 +1,8 @@
 /* One accepted step.
  *
- * All decisions are made in local variables and in scratch. `memory` and the pointers to the states change only in
- * commit_try(), after which nothing can fail. Therefore a failed step needs no undoing.
+ * All decisions are made in local variables and in scratch. The time, the grid and the pointers to the states change
+ * only in commit_try(), after which nothing can fail. Therefore a failed step needs no undoing. Only counts and the
+ * measure of progress (`advanced`, `window`, `slow`) also change in tries that fail.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/finite.h"
@@ -118,6 +119,8 @@ static kt_try_result project_trial(kt_integrator *it, double t, bool *changed, k
 
 static const char advice_on_fixed[] = "the step is fixed: take a smaller one, or a method with error control";
 
+/* Makes the try the last step. The slope at its end belongs to the new state only if the projection has not changed
+ * that state; otherwise derivative_slot is -1, and the next step evaluates the slope again. */
 static void commit_try(kt_integrator *it, const kt_plan_of_try *p, bool changed, double next_step, double error) {
     kt_integrator_memory *m = &it->memory;
     double *spare = it->previous_y;
@@ -210,6 +213,7 @@ static void blame_component(kt_integrator *it, const kt_try *r, double h) {
         it->blamed = worst_component(it, h);
 }
 
+/* Reports that the step became shorter than h, the least length, and why the last try failed. */
 static kt_status report_too_small(const kt_integrator *it, double h, const kt_try *r, kt_error *error) {
     char reason[160];
     if (r->result == KT_TRY_NOT_FINITE)
@@ -244,6 +248,8 @@ static double progress_scale(const kt_integrator *it, double t_limit) {
     return it->may_end_early ? fmax(fabs(it->memory.t), fmin(scale, KT_PROGRESS_OPEN)) : scale;
 }
 
+/* Whether the window of tries that the present try completes made too little progress. If so, `advanced` remains for
+ * the report; otherwise a new window begins. */
 static bool is_stuck(kt_integrator *it, double t_limit) {
     kt_integrator_memory *m = &it->memory;
     const uint64_t tries = m->counts.steps + m->counts.rejected + 1;
@@ -265,6 +271,8 @@ static bool ends_too_late(const kt_integrator *it) {
     return it->memory.advanced >= KT_PROGRESS_LASTING * time;
 }
 
+/* Reports a motion that makes no progress. A new window of progress begins, so that the caller may go on. The last try
+ * is not committed even if its error is small, and therefore counts as rejected. */
 static kt_status report_stuck(kt_integrator *it, double t_limit, double h, const kt_try *r, kt_error *error) {
     char rest[80] = "";
     const bool late = ends_too_late(it);

@@ -175,6 +175,8 @@ static void switch_to(kt_integrator *it, bool stiff) {
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
+/* Slots and table of dopri5. The history and the scratch are those of radau5, since dopri5 has none, and the history
+ * also has the vector of the power method and the watch. */
 static void measure_switching(const kt_method *method, kt_integrator_sizes *sizes) {
     kt_integrator_sizes implicit = *sizes;
     kt_family_radau.measure(&kt_method_radau5, &implicit);
@@ -435,6 +437,8 @@ static double jacobian_radius(kt_integrator *it) {
     return mean < 1.0 ? sigma * mean / (1.0 - mean) : DBL_MAX;
 }
 
+/* Ends the implicit phase. If it was short, the next one takes twice as many signs; if it began for lack of damping
+ * (`idle`), twice as many of these. All counts begin anew. */
 static void to_explicit(kt_integrator *it) {
     watch *w = watch_of(it);
     const double wanted = w->age > KT_LONG_PHASE ? KT_STIFF_SIGNS : fmin(2.0 * w->wanted, KT_SIGNS_MOST);
@@ -473,6 +477,7 @@ static void watch_implicit(kt_integrator *it) {
         to_explicit(it);
 }
 
+/* Fixed steps are all dopri5's, and are not watched. */
 static void switching_accept(kt_integrator *it) {
     if (is_stiff(it)) {
         kt_family_radau.accept(it);

@@ -62,6 +62,7 @@ bool kt_method_is_coupled(const kt_method *method) {
     return family->implicit && !family->exact;
 }
 
+/* Whether a later stage uses the slope of stage i, or stage i is the last one, whose state is y+. */
 static bool stage_counts(const kt_method *method, size_t i) {
     const size_t s = (size_t)method->stages;
     bool any = i + 1 == s;

@@ -132,6 +132,7 @@ static kt_status check_differentiated_simulation(const kt_simulation *simulation
     return KT_OK;
 }
 
+/* The columns begin with A = 1 and B = 0. */
 static kt_status begin_motion(motion *m, kt_simulation *simulation, void *work, size_t work_size, kt_error *error) {
     kt_status status = check_differentiated_simulation(simulation, error);
     if (status == KT_OK)
@@ -323,6 +324,7 @@ static bool is_same_outcome(const outcome *a, const outcome *b) {
     return a->set == b->set && a->loops == b->loops && a->impacts == b->impacts && a->touching == b->touching;
 }
 
+/* The outcome of the events that the simulation has just applied. */
 static outcome outcome_of(const kt_simulation *simulation) {
     const kt_model *model = simulation->model;
     outcome end = {.set = model->set, .loops = KT_SUM_START};
@@ -491,6 +493,10 @@ static kt_status pass_strike(motion *m, kt_error *error) {
 
 /* ---- the public function ----------------------------------------------------------------------------------------- */
 
+/* Takes one step, at most to t_end, and applies its matrices and then the events at its end to the columns. If drives
+ * jump at its beginning, the columns first change to the state behind the jump, and the step is taken again from the
+ * checkpoint. The time does not advance if a part ends the step at its beginning (KT_VERDICT_STAY) to let events take
+ * effect. */
 static kt_status advance_motion(motion *m, double t_end, kt_error *error) {
     kt_simulation *simulation = m->simulation;
     const double t = kt_integrator_time(simulation->integrator);

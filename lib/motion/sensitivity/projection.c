@@ -44,6 +44,7 @@
 KT_ARENA_ARRAYS(place_arrays, kt_projection_work, KT_PROJECTION_FIELDS, const kt_model *model, size_t n, size_t p,
                 size_t m, size_t factors)
 
+/* Initialises w with its arrays in `memory`, unless that is NULL. Returns the bytes of the arrays. */
 size_t kt_projection_place(kt_projection_work *w, void *memory, const kt_model *model) {
     const size_t p = model->n.row, n = p ? model->n.v : 0;
     const bool dense = kt_linearized_is_dense(model);
@@ -59,10 +60,10 @@ size_t kt_projection_place(kt_projection_work *w, void *memory, const kt_model *
 
 /* ---- the linear equations ---------------------------------------------------------------------------------------- */
 
-/* Computes W = M, W Z, and the factors of Z' W Z; with W = 1, nothing is computed. */
-static kt_status apply_mass_to_basis(kt_projection_work *w, const double *q, bool mass, kt_error *error) {
+/* Computes W = M, W Z, and the factors of Z' W Z. In the identity metric, W = 1 and Z'Z = 1 need no matrices. */
+static kt_status apply_mass_to_basis(kt_projection_work *w, const double *q, kt_metric metric, kt_error *error) {
     const size_t n = w->n, r = (size_t)w->qr.rank, f = n - r;
-    if (!mass)
+    if (metric != KT_METRIC_MASS)
         return KT_OK;
     const kt_status status = kt_dynamics_mass(w->model, w->data, q, w->metric, error);
     if (status != KT_OK)
@@ -80,10 +81,10 @@ static kt_status apply_mass_to_basis(kt_projection_work *w, const double *q, boo
 
 /* Factors the equations at q for the derivatives of a projection. Rejects a singular position, where there are no
  * derivatives. */
-static kt_status factor_along(kt_projection_work *w, kt_rows rows, const double *q, bool mass, kt_error *error) {
+static kt_status factor_along(kt_projection_work *w, kt_rows rows, const double *q, kt_metric metric, kt_error *error) {
     const kt_model *model = w->model;
     (void)kt_kkt_init(&w->kkt, w->factors, model, w->data);
-    const kt_status status = kt_kkt_factor(&w->kkt, rows, mass ? KT_METRIC_MASS : KT_METRIC_IDENTITY, w->t, q, error);
+    const kt_status status = kt_kkt_factor(&w->kkt, rows, metric, w->t, q, error);
     for (size_t g = 0; g < model->n.group && status == KT_OK; g++)
         if (w->data->rank[g] < model->group[g].rank[rows])
             return kt_jacobian_singular(error);
@@ -91,37 +92,37 @@ static kt_status factor_along(kt_projection_work *w, kt_rows rows, const double 
 }
 
 /* Factors the equations of one kind, and W. */
-static kt_status factor_projected(kt_projection_work *w, kt_rows rows, const double *q, bool mass, kt_error *error) {
+static kt_status factor_projected(kt_projection_work *w, kt_rows rows, const double *q, kt_metric metric,
+                                  kt_error *error) {
     if (!w->dense)
-        return factor_along(w, rows, q, mass, error);
+        return factor_along(w, rows, q, metric, error);
     const kt_status status = kt_jacobian_qr_factor(&w->qr, w->model, rows, w->jacobian, error);
-    return status == KT_OK ? apply_mass_to_basis(w, q, mass, error) : status;
+    return status == KT_OK ? apply_mass_to_basis(w, q, metric, error) : status;
 }
 
-/* Replaces x by the solution with A x = e that is nearest to x, in the metric of the coordinates or, with `mass`, of
- * the mass matrix. */
-static void solve_dense(const kt_projection_work *w, bool mass, const double *e, double *x) {
+/* Replaces x by the solution with A x = e that is nearest to x in the metric. */
+static void solve_dense(const kt_projection_work *w, kt_metric metric, const double *e, double *x) {
     const size_t n = w->n, r = (size_t)w->qr.rank;
     double *y = w->work, *z = y + r, *across = w->work + n;
     kt_jacobian_qr_solve_lower(&w->qr, e, y);
-    if (mass)
+    if (metric == KT_METRIC_MASS)
         kt_dense_apply(w->qr.basis, (int)n, (int)r, y, across);
     for (size_t k = 0; k < n - r; k++) {
         z[k] = kt_dense_dot(w->qr.basis + (r + k) * n, x, (int)n);
-        if (mass)
+        if (metric == KT_METRIC_MASS)
             z[k] -= kt_dense_dot(w->half + k * n, across, (int)n);
     }
-    if (mass)
+    if (metric == KT_METRIC_MASS)
         kt_dense_solve(w->reduced, (int)(n - r), z);
     kt_dense_apply(w->qr.basis, (int)n, (int)n, y, x);
 }
 
 /* Overwrites columns g in x with x of W x - J' lambda = g, J x = e. */
-static void solve_projected(const kt_projection_work *w, bool mass, size_t columns, const double *e, double *x) {
+static void solve_projected(const kt_projection_work *w, kt_metric metric, size_t columns, const double *e, double *x) {
     if (!w->dense)
         kt_kkt_solve(&w->kkt, columns, x, e);
     for (size_t c = 0; c < columns && w->dense; c++)
-        solve_dense(w, mass, e + c * w->p, x + c * w->n);
+        solve_dense(w, metric, e + c * w->p, x + c * w->n);
 }
 
 /* Computes lambda from J' lambda = W x. `momentum` is M x. */
@@ -152,19 +153,20 @@ static kt_status differentiate_momentum(kt_projection_work *w, const double *q, 
     return status;
 }
 
-/* Computes lambda, G and E. For positions z = x, and d phi/dq = J is added. For velocities z = v. */
-static kt_status differentiate_projected(kt_projection_work *w, const double *q, bool mass, const double *v,
+/* Computes lambda, G and E (in w->force and, negated, in w->equation). v: the velocities after the projection. NULL:
+ * positions, for which r + J x has the derivative J + d(J x)/dq. */
+static kt_status differentiate_projected(kt_projection_work *w, const double *q, kt_metric metric, const double *v,
                                          kt_error *error) {
     const size_t n = w->n;
     kt_status status = KT_OK;
     memset(w->force, 0, n * n * sizeof *w->force);
     memset(w->unit, 0, n * sizeof *w->unit);
-    if (mass)
+    if (metric == KT_METRIC_MASS)
         status = differentiate_momentum(w, q, error);
     if (status == KT_OK && kt_loop_gradient_reads_space(w->model))
         status = kt_links_update(w->model, w->data, q, NULL, NULL, false, NULL, error);
     if (status == KT_OK)
-        status = find_projection_multipliers(w, mass ? w->by_x : w->x, error);
+        status = find_projection_multipliers(w, metric == KT_METRIC_MASS ? w->by_x : w->x, error);
     if (status != KT_OK)
         return status;
     const kt_dual_motion at = {.model = w->model,
@@ -198,9 +200,9 @@ static kt_sparse find_entries(size_t rows, size_t columns, const double *value, 
 
 /* The kind of a linear step. */
 typedef struct linear_step {
-    bool mass;  /* W = M */
-    bool moves; /* x is not zero: there are G and E; otherwise G = 0 and E = J */
-    bool fast;  /* velocities: dv is closed, too */
+    kt_metric metric; /* W: M or 1 */
+    bool moves;       /* x is not zero: there are G and E; otherwise G = 0 and E = J */
+    bool fast;        /* velocities: dv is closed, too */
 } linear_step;
 
 /* Lists the nonzero entries of the matrices that the products use. */
@@ -252,54 +254,53 @@ static void change_eight_columns(kt_projection_work *w, linear_step step, size_t
     for (size_t c = 0; c < columns; c++) {
         const gain by = gain_of(w, parameter, first + c);
         for (size_t i = 0; i < n; i++)
-            w->moved[c * n + i] = g[i][c] - (by.inertia && step.mass && step.moves ? by.inertia[i] : 0.0);
+            w->moved[c * n + i] =
+                g[i][c] - (by.inertia && step.metric == KT_METRIC_MASS && step.moves ? by.inertia[i] : 0.0);
         for (size_t i = 0; i < p; i++)
             w->closed[c * p + i] = -e[i][c] - (by.gap ? by.gap[i] : 0.0);
     }
-    solve_projected(w, step.mass, columns, w->closed, w->moved);
+    solve_projected(w, step.metric, columns, w->closed, w->moved);
 }
 
 /* ---- iterations -------------------------------------------------------------------------------------------------- */
-
-static bool is_in_mass_metric(const kt_projection_work *w) { return w->model->metric == KT_METRIC_MASS; }
 
 /* Factors the equations of positions at q, and computes phi. */
 static kt_status factor_positions(kt_projection_work *w, const double *q, kt_error *error) {
     const kt_status status =
         kt_loop_equations(w->model, w->data, w->t, q, NULL, w->jacobian, w->residual, NULL, NULL, error);
-    return status == KT_OK ? factor_projected(w, KT_ROWS_CLOSED, q, is_in_mass_metric(w), error) : status;
+    return status == KT_OK ? factor_projected(w, KT_ROWS_CLOSED, q, w->model->metric, error) : status;
 }
 
 /* Factors along the tree again, since other evaluations overwrite the data of the factors. */
-static kt_status factor_again(kt_projection_work *w, kt_rows rows, const double *q, bool mass, kt_error *error) {
-    return w->dense ? KT_OK : factor_along(w, rows, q, mass, error);
+static kt_status factor_again(kt_projection_work *w, kt_rows rows, const double *q, kt_metric metric, kt_error *error) {
+    return w->dense ? KT_OK : factor_along(w, rows, q, metric, error);
 }
 
 /* Prepares one iteration of the positions at q: x, and the matrices of its change. */
 static kt_status prepare_positions(kt_projection_work *w, const double *q, kt_error *error) {
-    const bool mass = is_in_mass_metric(w);
+    const kt_metric metric = w->model->metric;
     kt_status status = factor_positions(w, q, error);
     if (status != KT_OK)
         return status;
     for (size_t i = 0; i < w->p; i++)
         w->residual[i] = -w->residual[i];
     memset(w->x, 0, w->n * sizeof *w->x);
-    solve_projected(w, mass, 1, w->residual, w->x);
-    status = differentiate_projected(w, q, mass, NULL, error);
-    return status == KT_OK ? factor_again(w, KT_ROWS_CLOSED, q, mass, error) : status;
+    solve_projected(w, metric, 1, w->residual, w->x);
+    status = differentiate_projected(w, q, metric, NULL, error);
+    return status == KT_OK ? factor_again(w, KT_ROWS_CLOSED, q, metric, error) : status;
 }
 
 /* Prepares the step of the velocities, from w->v (before) to v, at q. */
 static kt_status prepare_velocities(kt_projection_work *w, const double *q, const double *v, kt_error *error) {
     kt_status status = kt_loop_equations(w->model, w->data, w->t, q, v, w->jacobian, NULL, NULL, NULL, error);
     if (status == KT_OK)
-        status = factor_projected(w, KT_ROWS_ALL, q, true, error);
+        status = factor_projected(w, KT_ROWS_ALL, q, KT_METRIC_MASS, error);
     if (status != KT_OK)
         return status;
     for (size_t i = 0; i < w->n; i++)
         w->x[i] = v[i] - w->v[i];
-    status = differentiate_projected(w, q, true, v, error);
-    return status == KT_OK ? factor_again(w, KT_ROWS_ALL, q, true, error) : status;
+    status = differentiate_projected(w, q, KT_METRIC_MASS, v, error);
+    return status == KT_OK ? factor_again(w, KT_ROWS_ALL, q, KT_METRIC_MASS, error) : status;
 }
 
 /* Computes the size of the smallest direction after the step. Errors: a singular position. */
@@ -369,13 +370,14 @@ static void change_columns(kt_projection_work *w, linear_step step, const double
 }
 
 static void change_velocities(kt_projection_work *w, size_t columns, double *x, const kt_parameter_work *parameter) {
-    change_columns(w, (linear_step){.mass = true, .moves = true, .fast = true}, NULL, columns, x, parameter);
+    change_columns(w, (linear_step){.metric = KT_METRIC_MASS, .moves = true, .fast = true}, NULL, columns, x,
+                   parameter);
 }
 
 /* The iterations that move positions. */
 static kt_status propagate_positions(kt_projection_work *w, size_t columns, double *x, kt_parameter_work *parameter,
                                      kt_error *error) {
-    const linear_step step = {.mass = is_in_mass_metric(w), .moves = true};
+    const linear_step step = {.metric = w->model->metric, .moves = true};
     kt_status status = KT_OK;
     for (uint32_t i = 0; i < w->iterations && status == KT_OK; i++) {
         double *q = w->q + i * w->model->n.q;
@@ -383,7 +385,7 @@ static kt_status propagate_positions(kt_projection_work *w, size_t columns, doub
         if (status == KT_OK && parameter)
             status = kt_parameter_project(parameter, w->t, q, NULL, w->x, error);
         if (status == KT_OK && parameter)
-            status = factor_again(w, KT_ROWS_CLOSED, q, step.mass, error);
+            status = factor_again(w, KT_ROWS_CLOSED, q, step.metric, error);
         if (status == KT_OK)
             change_columns(w, step, w->x, columns, x, parameter);
         if (status == KT_OK)
@@ -395,10 +397,10 @@ static kt_status propagate_positions(kt_projection_work *w, size_t columns, doub
 /* The last iteration only projects changes, with the factored equations J: x, lambda and G are zero, and -E = J. */
 static kt_status propagate_changes(kt_projection_work *w, const double *q, size_t columns, double *x,
                                    kt_parameter_work *parameter, kt_error *error) {
-    const linear_step step = {.mass = is_in_mass_metric(w)};
+    const linear_step step = {.metric = w->model->metric};
     kt_status status = parameter ? kt_parameter_project(parameter, w->t, q, NULL, w->model->zero, error) : KT_OK;
     if (status == KT_OK && parameter)
-        status = factor_again(w, KT_ROWS_CLOSED, q, step.mass, error);
+        status = factor_again(w, KT_ROWS_CLOSED, q, step.metric, error);
     if (status == KT_OK)
         change_columns(w, step, w->model->zero, columns, x, parameter);
     return status;
@@ -429,7 +431,7 @@ static kt_status propagate_projection(kt_projection_work *w, const double *q, co
     if (status == KT_OK && parameter)
         status = kt_parameter_project(parameter, w->t, q, v, w->x, error);
     if (status == KT_OK && parameter)
-        status = factor_again(w, KT_ROWS_ALL, q, true, error);
+        status = factor_again(w, KT_ROWS_ALL, q, KT_METRIC_MASS, error);
     if (status == KT_OK)
         change_velocities(w, columns, x, parameter);
     return status;
@@ -467,9 +469,9 @@ kt_status kt_projection_least(kt_projection_work *w, double t, const double *q, 
     kt_projection_work then = *w;
     then.t = t;
     if (status == KT_OK)
-        status = factor_projected(&then, KT_ROWS_ALL, q, false, error);
+        status = factor_projected(&then, KT_ROWS_ALL, q, KT_METRIC_IDENTITY, error);
     memset(x, 0, w->n * sizeof *x);
     if (status == KT_OK)
-        solve_projected(&then, false, 1, e, x);
+        solve_projected(&then, KT_METRIC_IDENTITY, 1, e, x);
     return status;
 }

@@ -132,6 +132,8 @@ static kt_status find_iterations(kt_projection_work *w, kt_error *error) {
     return status;
 }
 
+/* The steps in reverse: velocities (which also depend on q), the iteration that only projects changes, and the
+ * iterations that moved positions, from the last to the first. */
 kt_status kt_projection_transposed(kt_projection_work *w, const double *q, const double *v, double *x,
                                    kt_error *error) {
     kt_status status = find_iterations(w, error);

@@ -184,7 +184,7 @@ static void run_step(lanes_work *w, int k, const double *state) {
         w->active &= w->kernels->make_units(w->model, w->lanes, w->next);
 }
 
-/* kt_adjoint_save, at a checkpoint, followed by kt_adjoint_recall from this checkpoint. */
+/* Saves a step as kt_adjoint_save: the accelerations of its stages, and the state at its end. */
 static void save_lane_states(lanes_work *w, size_t index) {
     const size_t one = w->n.W * w->n.n, N = w->n.W * w->n.N;
     for (size_t i = 0; i < w->n.s; i++)
@@ -220,6 +220,8 @@ static double call_lane_cost(lanes_work *w, size_t lane, int k, const double *st
     return value;
 }
 
+/* kt_revolve_advance. A step may be advanced several times, from different checkpoints; its cost counts the first time
+ * (w->reached steps so far). */
 static kt_status advance_lanes(void *user, int k, int checkpoint, double *state, kt_error *error) {
     lanes_work *w = user;
     (void)error;
@@ -280,7 +282,8 @@ static void sweep_lanes(lanes_work *w, const double *state) {
     w->active &= w->kernels->finite(w->by_next, 2 * w->n.n) & w->kernels->finite(w->by_force, w->n.n);
 }
 
-/* Adds the cost at the start of step k to the gradient of all later steps. */
+/* Adds the gradient of the cost at the start of step k to that of all later steps. The last step is reversed without
+ * being advanced before, so that its cost counts here. */
 static void add_cost(lanes_work *w, int k, const double *state) {
     const size_t W = w->n.W, n = w->n.n;
     double *by = w->one + w->n.N;
@@ -308,6 +311,8 @@ static void add_last_cost(lanes_work *w) {
     }
 }
 
+/* kt_revolve_reverse: the stages of step k from the checkpoint or from a repetition, then their adjoint, and the
+ * gradients of the costs at both of its ends as they come. */
 static kt_status reverse_lanes(void *user, int k, int checkpoint, const double *state, kt_error *error) {
     lanes_work *w = user;
     (void)error;

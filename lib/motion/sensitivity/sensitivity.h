@@ -170,7 +170,7 @@ KT_CHECKED kt_status kt_parameter_project(kt_parameter_work *w, double t, const 
     X(double, map, 4 * m * m, "the changes of unit vectors")                                                           \
     X(double, reduced, m *m, "Z' W Z, factored")                                                                       \
     X(double, force, n *n, "G = d(J' lambda - W x)/dq, n x n")                                                         \
-    X(double, equation, n *p, "E = -d(what is closed)/dq, p x n")                                                      \
+    X(double, equation, n *p, "-E = d(r + J x)/dq, p x n")                                                             \
     X(size_t, begin, 3 * (n + 1), "of sparse matrices")                                                                \
     X(int32_t, row, n *n + 2 * n * p, "likewise")                                                                      \
     X(kt_v8, columns, 3 * n + p, "columns under way: xi, dv, right-hand sides")                                        \
@@ -196,7 +196,7 @@ typedef struct kt_projection_work {
     bool dense;                                   /* whether the factors are `qr`, else `kkt` */
     kt_jacobian_qr qr;                            /* in `factors` */
     kt_kkt kkt;                                   /* in `factors` */
-    kt_sparse force_of, equation_of, jacobian_of; /* G, E and J */
+    kt_sparse force_of, equation_of, jacobian_of; /* G, -E and J */
     uint32_t iterations;                          /* iterations of the positions, in the last kt_projection_run */
     double smallest;                              /* size of the smallest direction of that run (assembly/project.h) */
     KT_ARENA_DECLARE(KT_PROJECTION_FIELDS)

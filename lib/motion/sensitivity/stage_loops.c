@@ -39,6 +39,11 @@ kt_status kt_sweep_pose(const kt_model *model, kt_data *data, const double *q, k
                : KT_OK;
 }
 
+/* The multipliers of the motion and of the response follow from inverse dynamics and from momentum,
+ *
+ *     J' lambda = M a + h - tau - Q,   J' pi = M w - mu
+ *
+ * and then the gradient of lambda . J w + pi . (J a - b'') (stage_adjoint.c). */
 kt_status kt_stage_add_loops(kt_step_work *w, size_t stage, const double *mu, kt_error *error) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, N = nq + n;

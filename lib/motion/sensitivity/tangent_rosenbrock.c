@@ -177,6 +177,7 @@ kt_status kt_rosenbrock_stages(kt_step_work *w, const double *q, const double *v
 
 /* ---- its tangents ------------------------------------------------------------------------------------------------ */
 
+/* Writes dy_k, the change of the state at the start in column k. */
 static void start_change_of(const kt_step_work *w, size_t k, double *dy) {
     const size_t nq = w->model->n.q;
     memcpy(dy, w->start_q + k * kt_padded_q(w->model), nq * sizeof *dy);

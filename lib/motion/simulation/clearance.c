@@ -75,6 +75,7 @@ KT_BY_ITSELF bool measure_stop(const kt_simulation *simulation, size_t k, double
     return store_clearance(simulation, k, twice_h, kt_stop_distance(source->effect, *q), fabs(*v));
 }
 
+/* As kt_simulation_reaches_gap, for any of the effects from `first` to `end` - 1. */
 KT_BY_ITSELF bool reaches_some(const kt_simulation *simulation, size_t first, size_t end, double h) {
     bool reached = false;
     for (size_t k = first; k < end && !reached; k++)
@@ -108,6 +109,8 @@ static bool measure_stops(kt_simulation *simulation, size_t first, size_t end, d
     return last || ((near[0] | near[1]) < 0 && reaches_some(simulation, first, end, 0.5 * twice_h));
 }
 
+/* Measures spheres on free bodies above planes of the ground: the distance is the height of the centre minus the
+ * radius, the speed that of the centre along the normal. Returns whether the step may have reached a boundary. */
 static bool measure_heights(kt_simulation *simulation, size_t first, size_t end, double twice_h) {
     const double *q = positions(simulation), *v = velocities(simulation);
     bool reached = false;

@@ -56,10 +56,10 @@ static void join_auxiliary_states(const kt_simulation *simulation, double t, dou
 
 kt_status kt_simulation_between(kt_simulation *simulation, double t, kt_error *error) {
     bool changed;
-    const bool may_be_dead =
+    const bool may_have_dead_point =
         simulation->model->driven && simulation->closes_loops && simulation->options.projection == NULL;
     kt_status status = kt_integrator_interpolate(simulation->integrator, t, simulation->y, error);
-    if (may_be_dead && simulation->integrator->memory.has_previous &&
+    if (may_have_dead_point && simulation->integrator->memory.has_previous &&
         (status != KT_OK || !motion_can_reach(simulation, simulation->y))) {
         join_auxiliary_states(simulation, t, simulation->y);
         simulation->memory.joined++;

@@ -1,23 +1,15 @@
 /* Chains of events: instants that follow each other without end, too many instants, and events whose time a run does
  * not reach.
- */
-/* SPDX-License-Identifier: Apache-2.0 */
-#include "base/where.h"
-#include "simulation/event_root.h"
-#include "simulation/simulation.h"
-
-#include <float.h>
-#include <math.h>
-
-/* Instants of events that come ever closer accumulate. With the last interval d and the ratio r, their limit is d r /
- * (1 - r) after the last one. The ratio r is the largest ratio of SHRINKING successive intervals that shrink: two
- * events that are close by chance make one ratio small.
+ *
+ * Instants of events that come ever closer accumulate. With the last interval d and the ratio r, their limit is d r /
+ * (1 - r) after the last one. The ratio r (event_ratio) is the largest ratio of successive intervals that shrink, and
+ * counts after SHRINKING of them (event_shrinking), since two events that are close by chance make one ratio small.
  *
  * A chain has no end if the time up to that limit is less than the part `at_once` of the time since its intervals
- * shrink, or if its last interval is below INSTANTS times the width of an instant. The chain has no end either if
- * IN_A_ROW successive intervals are that short. A chain of contacts ends at the part `soon` if the gap of its next
- * impact is below the rounding of gaps. Records have no part in this: they must not influence the motion. The remaining
- * impacts of a chain of contacts are applied at once (contact/accumulate.c), up to MARGIN times that limit.
+ * shrink (event_chain), or if its last interval is below INSTANTS times the width of an instant. The chain has no end
+ * either if IN_A_ROW successive intervals are that short. A chain of contacts ends at the part `soon` if the gap of its
+ * next impact is below the rounding of gaps. Records have no part in this: they must not influence the motion. The
+ * remaining impacts of a chain of contacts are applied at once (contact/accumulate.c), up to MARGIN times that limit.
  *
  * Besides, at most WITHIN instants may lie within one fixed step, or within a thousandth of the run. This bounds the
  * cost of a step. Each call of kt_simulation_advance begins a new count.
@@ -26,6 +18,14 @@
  * MISSED successive steps may be cut short for such a root. Each of these steps is accepted. The next step is not
  * longer, since a longer step would show such a root again. If the slope at its beginning leads to the event, the next
  * step takes a little more than the remaining time. */
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "base/where.h"
+#include "simulation/event_root.h"
+#include "simulation/simulation.h"
+
+#include <float.h>
+#include <math.h>
+
 static const double at_once = 1e-9, soon = 1e-4;
 enum { SHRINKING = 8, IN_A_ROW = 64, INSTANTS = 16, MARGIN = 4, PARTS = 1000, WITHIN = 10000, MISSED = 100 };
 
@@ -75,26 +75,41 @@ static bool is_crowded(const kt_simulation *simulation, size_t k) {
     return k < simulation->contact_count && simulation->events.source->crowds(simulation);
 }
 
-/* Counts an instant of events. Returns an error if such instants have no end. */
-kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, double t, kt_error *error) {
-    kt_simulation_memory *memory = &simulation->memory;
-    simulation->events.latest = k;
-    const double d = t - memory->event_last, before = memory->event_interval;
-    const double instant = INSTANTS * kt_event_together(simulation, t);
+/* Continues the chain of shrinking intervals with the interval d from event_last to the present instant. If d does not
+ * shrink, a new chain begins with the interval before. short_interval: the length up to which intervals count as
+ * short. */
+static void extend_chain(kt_simulation_memory *memory, double d, double short_interval) {
+    const double before = memory->event_interval;
     const bool follows = memory->event_instants > 0, shrinks = memory->event_instants > 1 && d < before;
     memory->event_chain = shrinks && memory->event_shrinking > 0 ? memory->event_chain : memory->event_last - before;
     memory->event_shrinking = shrinks ? memory->event_shrinking + 1 : 0;
     memory->event_ratio = shrinks ? fmax(memory->event_shrinking > 1 ? memory->event_ratio : 0.0, d / before) : 0.0;
-    const double r = memory->event_ratio;
-    memory->event_row = follows && d <= instant ? memory->event_row + 1 : 0;
-    const bool apart = d > 8.0 * DBL_EPSILON * fabs(t), is_row = memory->event_row >= IN_A_ROW;
+    memory->event_row = follows && d <= short_interval ? memory->event_row + 1 : 0;
+}
+
+/* Whether the chain, continued to the instant t of event k, has no end. *window: the time from t in which the remaining
+ * impacts are applied at once, if the events are those of contacts. */
+static bool has_no_end(const kt_simulation *simulation, size_t k, double t, double short_interval, double *window) {
+    const kt_simulation_memory *memory = &simulation->memory;
+    const double d = t - memory->event_last, r = memory->event_ratio, lasts = t - memory->event_chain;
     const double left = d * r / (1.0 - r);
-    const bool is_close =
-        memory->event_shrinking >= SHRINKING && (d <= instant || left <= at_once * (t - memory->event_chain));
-    const bool is_near = memory->event_shrinking >= SHRINKING / 2 && left <= soon * (t - memory->event_chain) &&
-                         is_crowded(simulation, k);
-    if ((is_row || (apart && (is_close || is_near))) &&
-        !comes_to_rest(simulation, k, is_row ? IN_A_ROW * instant : MARGIN * left))
+    const bool is_row = memory->event_row >= IN_A_ROW;
+    /* The ratio of intervals of a rounding of t is arbitrary. */
+    const bool has_ratio = d > 8.0 * DBL_EPSILON * fabs(t);
+    const bool is_close = memory->event_shrinking >= SHRINKING && (d <= short_interval || left <= at_once * lasts);
+    const bool is_near = memory->event_shrinking >= SHRINKING / 2 && left <= soon * lasts && is_crowded(simulation, k);
+    *window = is_row ? IN_A_ROW * short_interval : MARGIN * left;
+    return is_row || (has_ratio && (is_close || is_near));
+}
+
+kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, double t, kt_error *error) {
+    kt_simulation_memory *memory = &simulation->memory;
+    const double d = t - memory->event_last, short_interval = INSTANTS * kt_event_together(simulation, t);
+    const bool follows = memory->event_instants > 0;
+    double window;
+    simulation->events.latest = k;
+    extend_chain(memory, d, short_interval);
+    if (has_no_end(simulation, k, t, short_interval, &window) && !comes_to_rest(simulation, k, window))
         return kt_simulation_explain_disc(simulation, reject_chain(simulation, k, t, error), error);
     const kt_status status = count_within(simulation, k, t, error);
     if (status != KT_OK)

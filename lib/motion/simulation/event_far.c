@@ -54,8 +54,9 @@ static bool event_is_far(const kt_simulation *simulation, size_t k, double *size
 }
 
 bool kt_event_all_far(kt_simulation *simulation) {
-    const bool may_be_dead = simulation->model->driven && simulation->closes_loops; /* dense.c */
-    if (!(simulation->step > 0.0) || may_be_dead)
+    /* At a dead point of drives, accelerations have no bound, so that the parabola is not near the motion. */
+    const bool may_have_dead_point = simulation->model->driven && simulation->closes_loops;
+    if (!(simulation->step > 0.0) || may_have_dead_point)
         return false;
     bool far = sample_sketch(simulation);
     for (size_t k = 0; k < simulation->events.count && far; k++)

@@ -185,7 +185,8 @@ static bool is_swept(const kt_simulation *simulation, const double *slope) {
     return simulation->cached == KT_CACHED_EVALUATION && simulation->slope == slope;
 }
 
-/* Passes the gaps from the end of a step to the beginning of the next one. */
+/* Makes the end of a step the beginning of the next one. known: gaps->begin has the gaps at the end, of effects that
+ * the step may have reached. far: the time of the end if the step can have reached no boundary, else NaN. */
 static void pass_gaps(kt_simulation *simulation, bool known, double far) {
     kt_simulation_pass_clearances(simulation);
     simulation->gaps->time = simulation->integrator->memory.t;
@@ -295,6 +296,7 @@ static KT_BY_ITSELF kt_verdict reject_near_leap(kt_simulation *simulation, doubl
     return KT_VERDICT_ACCEPT;
 }
 
+/* The hook of the phase `check`. Distances and speeds exclude a leap for most steps; only the others compute gaps. */
 static kt_status reject_leap(kt_simulation *simulation, kt_step_progress *progress, kt_verdict *verdict,
                              kt_error *error) {
     (void)error;

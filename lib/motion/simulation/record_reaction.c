@@ -27,6 +27,8 @@ static kt_status share_load(kt_simulation *simulation, const kt_dynamic_state *a
     return status;
 }
 
+/* Replaces the reactions of a record by those of the least multipliers, if contacts share their load. Otherwise the
+ * reactions of the evaluation are unique, and remain. */
 static kt_status react_by_least(kt_simulation *simulation, const kt_dynamic_state *at, kt_error *error) {
     kt_data *data = simulation->data;
     bool shares;

@@ -273,6 +273,8 @@ void kt_simulation_recall_breakpoints(kt_simulation *simulation) {
         end_at_breakpoint(c, t, fmin(c->next, t) - aside(simulation, c->next));
 }
 
+/* Nothing to do while the present time is within the piece (from, next). With fixed steps, the piece also ends before a
+ * step that may reach the end of the search, which is no jump. */
 bool kt_simulation_pass_piece(kt_simulation *simulation, bool *strikes) {
     const kt_breakpoints *c = &simulation->breakpoints;
     const double t = kt_integrator_time(simulation->integrator);

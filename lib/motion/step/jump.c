@@ -134,13 +134,14 @@ void kt_simulation_add_jump(kt_simulation *simulation, double gain, double lost,
     work[1] += driven ? gain + lost : gain < 0.0 ? 0.0 : gain;
 }
 
+/* The energy that the jump removes counts as net work done, which is dissipated minus supplied. */
 kt_status kt_simulation_land(kt_simulation *simulation, const kt_simulation_energy *before,
                              const kt_simulation_energy *after, kt_error *error) {
     const kt_status status = kt_integrator_jump(simulation->integrator, simulation->y, error);
     if (status != KT_OK) /* GCOVR_EXCL_BR_LINE: a state at its own time, both finite */
         return status;   /* GCOVR_EXCL_LINE */
     memcpy(simulation->state, simulation->y, simulation->size.state * sizeof(double));
-    simulation->memory.powers.count = 0;
+    simulation->memory.powers.count = 0; /* powers jump, too: their cubic begins anew */
     simulation->memory.powers.sum[1].net += before->kinetic + before->potential - (after->kinetic + after->potential);
     kt_phase_forget(simulation);
     kt_simulation_renew_breakpoints(simulation);

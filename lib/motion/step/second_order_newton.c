@@ -340,6 +340,8 @@ static kt_status differentiate_motion(kt_simulation *s, double t, const double *
                                                    : status;
 }
 
+/* kt_newton.jacobian: stores K, C, M and the derivatives of auxiliary states at (t, y), reduced to the velocities that
+ * the loops leave, and E of quaternions. Returns 1 if a shorter step may help (the position is singular). */
 static int newton_jacobian(double t, const double *y, const double *dydt, void *user) {
     kt_simulation *s = user;
     kt_error error = {0};
