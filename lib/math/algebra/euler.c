@@ -32,7 +32,7 @@ static const double SINGULAR = 16.0 * DBL_EPSILON;
 typedef struct axes {
     int i, j, k;
     double e;
-    bool proper; /* k = i */
+    bool proper; /* 1-2-1, k = i; else 1-2-3, k = m */
 } axes;
 
 static bool axes_of(int sequence, axes *a) {
@@ -69,6 +69,7 @@ static kt_mat3 compose_euler_rotation(const axes *a, kt_vec3 angles) {
     return kt_mat3_multiply(kt_mat3_about(a->i, angles.x), rj_rk);
 }
 
+/* C: the components of R in the triad (i, j, e m). */
 static void to_canonical(const axes *a, kt_mat3 r, double c[3][3]) {
     const int axis[3] = {a->i, a->j, 3 - a->i - a->j};
     const double sign[3] = {1.0, 1.0, a->e};
@@ -80,6 +81,7 @@ static void to_canonical(const axes *a, kt_mat3 r, double c[3][3]) {
     }
 }
 
+/* The angles of a rotation, by the entries of C that the top of this file lists. */
 static kt_vec3 angles_of(const axes *s, kt_mat3 r, bool *singular) {
     double c[3][3];
     to_canonical(s, r, c);
@@ -129,6 +131,7 @@ kt_status kt_euler_from_mat3(int sequence, kt_mat3 rotation, kt_vec3 *angles, bo
 
 /* ---- rates to angular velocity and back -------------------------------------------------------------------------- */
 
+/* G: omega = G (adot, bdot, cdot). */
 static kt_mat3 euler_rate_map(const axes *a, kt_vec3 angles) {
     const kt_mat3 identity = kt_mat3_identity(), ri = kt_mat3_about(a->i, angles.x);
     kt_mat3 g;

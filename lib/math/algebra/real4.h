@@ -74,6 +74,8 @@ KT_OPERATOR kt_index1 kt_choose_index(kt_condition condition, int32_t a, kt_inde
     return (condition & a) | (~condition & b);
 }
 
+/* Sums in the order of one state, (x0 + x1) + (x2 + x3), so that each state has the same bits. The final + 0.0 makes a
+ * zero of either sign positive. */
 KT_INLINE kt_real1 kt_dot4(int n, kt_real4 a, kt_real4 b) {
     kt_real1 sum = a.of[0] * b.of[0];
     if (n > 1)

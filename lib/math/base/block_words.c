@@ -37,6 +37,8 @@ static double value_at(const char *at, kt_block_type type) {
     }
 }
 
+/* Whether all numbers of a word are in its range (NaN: any are, KT_BLOCK_ANY). *value: the last number read, which is
+ * the wrong one if there is one. */
 static bool word_is_right(const char *block, const kt_block_word *word, double *value) {
     const size_t step = size_of_type(word->type);
     if (isnan(word->first))

@@ -21,6 +21,7 @@ struct kt_chunk {
     max_align_t bytes[];
 };
 
+/* Begins a chunk with room for `size` bytes, all zero. The remainder of the chunk before is not used any more. */
 static kt_chunk *add_chunk(kt_pool *pool, size_t size) {
     size_t next = pool->chunks == NULL ? FIRST_CHUNK : 2 * pool->chunks->size;
     if (next > LARGEST_CHUNK)

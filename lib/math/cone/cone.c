@@ -79,7 +79,7 @@ static void solve_one(const double *block, const double *q, double mu, double *x
     double w[9], y[3];
     memcpy(w, block, sizeof w);
     for (int k = 0; k < 3; k++)
-        w[4 * k] += 1e-12;
+        w[4 * k] += 1e-12; /* of a diagonal of about 1 (scale_problem): a singular block has a solution, too */
     memset(x, 0, 3 * sizeof *x);
     if (q[0] >= 0.0) /* it leaves; where friction could pull it back there are other solutions (Painleve) */
         return;
@@ -180,7 +180,8 @@ static bool find_proximal(kt_cone *cone, double delta) {
     return done;
 }
 
-/* Takes proximal points to y; from time to time Newton is tried on the problem itself. */
+/* Proximal points z: each solves (W + delta 1) z' + b - delta z, and delta falls tenfold after six of them. From each
+ * point near a solution, Newton is tried on the problem itself. y becomes the best point. */
 static void approach(kt_cone *cone, const kt_cone_linear *of, double *y) {
     const int m = 3 * cone->n;
     double residual = kt_cone_residual(cone, of, y);

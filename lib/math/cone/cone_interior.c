@@ -234,7 +234,7 @@ void kt_cone_interior(kt_cone *cone, double *y) {
     for (int k = 0; k < STEPS; k++) {
         const double residual = find_gap(cone, &it);
         for (int i = 0; i < m; i++)
-            cone->z[i] = it.size * cone->r[i] * cone->weight[i];
+            cone->z[i] = it.size * cone->r[i] * cone->weight[i]; /* p = D r */
         const double left = kt_cone_residual(cone, &of, cone->z);
         if (left < least)
             memcpy(y, cone->z, (size_t)m * sizeof *y);

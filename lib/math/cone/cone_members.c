@@ -40,6 +40,7 @@ void kt_cone_members_init(kt_cone *cone, int n, void *memory) {
 
 /* ---- the set ----------------------------------------------------------------------------------------------------- */
 
+/* Dry friction and contacts with a least impulse have impulses at any rate. */
 static bool must_stay(const kt_cone_problem *problem, int i) {
     return (problem->limit != NULL && problem->limit[i] > 0.0) || (problem->least != NULL && problem->least[i] > 0.0);
 }
@@ -115,6 +116,8 @@ static void drop_dependent(kt_cone *cone, const kt_cone_problem *problem, int co
     }
 }
 
+/* Makes room in a full set: removes contacts without an impulse and, if there are none, contacts whose normal rows
+ * depend on others. Returns whether there is room. */
 static bool free_place(kt_cone *cone, const kt_cone_problem *problem, double *p, int *count) {
     double most = 0.0;
     for (int k = 0; k < *count; k++)

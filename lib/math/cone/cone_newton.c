@@ -25,6 +25,7 @@ static const double damping = 0.3, damping_least = 1e-8, damping_most = 1e-2;
  * slipping. The last two modes have the least normal impulse. */
 typedef enum cone_mode { HELD, SMOOTH, STICKS, SLIPS, LEAST_STICKS, LEAST_SLIPS } cone_mode;
 
+/* Whether Newton's step gives a row its value at once, without an equation for the rate. */
 static bool is_known(cone_mode mode, int row) {
     return mode == HELD || (mode == SMOOTH && row > 0) || (mode >= LEAST_STICKS && row == 0);
 }
@@ -53,7 +54,7 @@ static void find_plain(kt_cone *cone, int i, const double *x, const double *u, d
     f[3 * i + 2] = x[3 * i + 2];
 }
 
-/* Computes f, the rates and the modes at x; returns the square of f. */
+/* Computes f and the modes at x, whose rates are u. Returns the square of f, the merit of Newton's steps. */
 static double find_function(kt_cone *cone, const double *x, const double *u, double *f) {
     double sum = 0.0;
     for (int i = 0; i < cone->n; i++) {

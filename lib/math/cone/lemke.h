@@ -38,6 +38,8 @@ static inline int kt_lemke_basis(const kt_lemke *t, int i) { return (int)t->basi
 /* The count of numbers that kt_lemke_solve needs for n unknowns. */
 static inline size_t kt_lemke_count(size_t n) { return n * (2 * n + 2) + 3 * n; }
 
+/* The variable of `column` replaces the variable of row r in the basis: the column becomes the unit vector of that
+ * row. */
 static inline void kt_lemke_pivot(kt_lemke *t, int r, int column) {
     assert(r >= 0 && r < t->n && column >= 0 && column < kt_lemke_width(t) - 1);
     assert(kt_lemke_row(t, r)[column] != 0.0);

@@ -134,7 +134,8 @@ static void find_null_space(kt_statics *statics) {
     }
 }
 
-/* Scales the rows of A': a force p is scale^-1 times the scaled force. */
+/* Scales the rows of A': a force p is scale^-1 times the scaled force. columns: A is square, and its equations are
+ * scaled likewise, so that a symmetric A stays symmetric. */
 static void scale_rows(kt_statics *statics, bool columns) {
     for (int k = 0; k < statics->n; k++) {
         const kt_statics_item *item = &statics->item[k];
@@ -386,7 +387,7 @@ static bool take_newton_step(kt_statics *statics, const target *of, double *t, d
     return false;
 }
 
-/* Minimises f, from a point inside. Returns the last tau. */
+/* Minimises f, from a point inside: over x and t (moves), or over x at the given t. Returns the last tau. */
 static double follow_path(kt_statics *statics, bool moves, double *t) {
     target of = {.tau = 1.0, .moves = moves};
     for (int stage = 0; stage < STAGES; stage++) {

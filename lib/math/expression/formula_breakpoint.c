@@ -57,6 +57,8 @@ static finding classify_change(kt_between g, kt_between slope, double nothing) {
     return holds_zero(slope) ? UNKNOWN : ONCE;
 }
 
+/* kt_jet_meet: raises *worst to the finding for a decision. A decision that is defined nowhere is NaN throughout, and
+ * has one branch. */
 static void meet_decision(void *user, const kt_jet *decision) {
     finding *worst = user;
     const finding here = decision->defined == KT_DEFINED ? classify_change(decision->c[0], decision->c[1], 0.0)

@@ -179,6 +179,7 @@ static kt_partials partials_of_hypot(double x, double y, double r) {
     return (kt_partials){.x = a, .y = b, .xx = b * b / r, .xy = -a * b / r, .yy = a * a / r};
 }
 
+/* The partial derivatives of an operator at (x, y), with its value there; those not named are 0. */
 static kt_partials partials_of(kt_operator code, double x, double y, double value) {
     const double square = value * value;
     switch (code) {
@@ -237,8 +238,10 @@ typedef struct kt_taylor {
     double v, d, dd;
 } kt_taylor;
 
+/* A partial derivative may be infinite where its argument does not change; then it has no effect. */
 static double partial_product(double partial, double change) { return change != 0.0 ? partial * change : 0.0; }
 
+/* f' = f_x x' + f_y y',   f'' = f_x x'' + f_y y'' + f_xx x'^2 + 2 f_xy x' y' + f_yy y'^2 */
 static kt_taylor apply_partials(double value, kt_partials f, kt_taylor x, kt_taylor y) {
     return (kt_taylor){
         .v = value,

@@ -216,6 +216,7 @@ static bool is_saturated(kt_operator code, kt_between x, double *value) {
            (code == KT_OPERATOR_EXP && x.hi < exp_is_zero);
 }
 
+/* Bounds of an operator's result. `meet` receives the decisions of operators that are not smooth (jet_switch). */
 static kt_jet jet_of(kt_operator code, const kt_jet *x, const kt_jet *y, kt_jet_meet *meet, void *user) {
     kt_jet s, c;
     switch (code) {

@@ -343,7 +343,8 @@ static bool rejects(const double *table, double x, kt_lookup_place at) {
     return isnan(x) || ((at.before || at.behind) && table[KT_LOOKUP_OUTSIDE] == KT_OUTSIDE_REJECT);
 }
 
-/* The line of a table behind its ends: through the first or last row, with the slope there, or without slope. */
+/* The line of a table beyond its ends: through the first row, or the last one (behind), with the slope there
+ * (has_slope) or constant. */
 static void continue_rows(kt_lookup_piece *p, const double *row, bool behind, bool has_slope) {
     const double h = behind ? row[KT_PIECE_SIZE + KT_PIECE_X] - row[KT_PIECE_X] : 0.0;
     const double b = row[KT_PIECE_B], c = row[KT_PIECE_C], d = row[KT_PIECE_D];
@@ -376,7 +377,8 @@ static void find_row_piece(const double *table, double x, kt_lookup_piece *p) {
     memcpy(p->c, row + KT_PIECE_Y, 4 * sizeof *row);
 }
 
-/* Holds the value of a grid along an axis: moves the origin of the piece to the edge, and leaves out the slope. */
+/* Holds the value of a grid along an axis: moves the origin of the piece to the edge, and leaves out the slope. The
+ * edge is the beginning of the first interval or, behind the grid, the end `to` of the last one. */
 static void hold_edge(kt_lookup_piece *p, int axis, double to, bool behind) {
     const int slope = axis == 0 ? 1 : 2, other = axis == 0 ? 2 : 1;
     const double h = behind ? to - p->at[axis] : 0.0;
@@ -427,6 +429,7 @@ kt_lookup_piece kt_lookup_piece_at(const double *table, double x, double y) {
     return p;
 }
 
+/* The bilinear z = c0 + c1 s + c2 r + c3 s r of two inputs, or the cubic of one, from the corner `at` of the piece. */
 kt_lookup_value kt_lookup_evaluate(const kt_lookup_piece *p, double x, double y) {
     const double s = x - p->at[0], r = y - p->at[1], *c = p->c;
     if (p->inputs == 2)

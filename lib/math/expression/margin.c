@@ -26,7 +26,8 @@ static bool is_zero_term(const kt_expression_term *term) {
     return term->code == KT_OPERATOR_NUMBER && term->number == 0.0;
 }
 
-/* Adds the margin of the value that ends before term `end`, or of its negation. */
+/* Adds the margin of the value that ends before term `end`, or of its negation (negated). Returns false if the value is
+ * no condition. */
 /* NOLINTNEXTLINE(misc-no-recursion): the parser bounds the depth */
 static bool add_margin(const kt_expression_term *term, size_t end, bool negated, kt_expression *to) {
     const kt_operator code = (kt_operator)term[end - 1].code;

@@ -1,6 +1,10 @@
 /* Reads formulas with recursive descent, a function for each line of the grammar in kinetree/expression.h, into terms
  * in postfix order. A character yields at most one term, except for `a <op>` pairs that wait for their second value. A
- * text of n bytes therefore has at most n terms. */
+ * text of n bytes therefore has at most n terms.
+ *
+ * A function of the grammar returns false after it has reported a fault. *is_angle: whether the value is an angle. A
+ * sum is an angle if any of its terms is, a product of two if exactly one of them is, and a quotient if only the
+ * numerator is. Powers, calls and comparisons are plain numbers. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/text.h"
 #include "expression/lookup.h"
@@ -37,6 +41,7 @@ typedef struct kt_parser {
 
 static bool reject_formula(kt_parser *p, const char *spot, const char *format, ...) KT_PRINTF(3, 4);
 
+/* Reports a fault at `spot`, with its column. Returns false for the caller to return. */
 static bool reject_formula(kt_parser *p, const char *spot, const char *format, ...) {
     char text[KT_MESSAGE_SIZE];
     va_list arguments;
@@ -50,6 +55,8 @@ static bool reject_formula(kt_parser *p, const char *spot, const char *format, .
     return false;
 }
 
+/* Appends a term. The height follows the stack of an evaluation: a leaf adds a value, and a binary operator replaces
+ * two by one. A comparison is a condition; parse_joined sets p->condition after `and` and `or`. */
 static bool put_term(kt_parser *p, kt_expression_term term) {
     p->height += kt_operator_is_leaf((kt_operator)term.code)     ? 1
                  : kt_operator_is_binary((kt_operator)term.code) ? -1
@@ -147,6 +154,7 @@ static bool parse_unit(kt_parser *p, double *value, bool *is_angle) {
                           found_at(spot, text));
 }
 
+/* A number, with an optional unit of angles. */
 static bool parse_number(kt_parser *p, bool *is_angle) {
     const char *const spot = p->at;
     double value = 0.0;
@@ -179,6 +187,7 @@ static const char *skip_name(const char *at) {
     }
 }
 
+/* Copies the text from `from` to `to` into `name` (empty if it is too long). Returns whether it is a symbol. */
 static bool find_formula_name(const kt_parser *p, const char *from, const char *to,
                               char name[KT_EXPRESSION_NAME_MAX + 1], kt_symbol *symbol) {
     const size_t length = (size_t)(to - from);
@@ -352,6 +361,7 @@ static bool put_function_term(kt_parser *p, kt_operator code, int k, int last) {
     return k < last || put_operator(p, code);
 }
 
+/* The call of table k: its inputs are put on the stack before the term of the table. */
 static bool parse_lookup(kt_parser *p, const char *name, int k) {
     const int inputs = p->symbols->tables[k].inputs;
     int count = 0;
@@ -370,6 +380,7 @@ static bool parse_lookup(kt_parser *p, const char *name, int k) {
     return put_lookup(p, k) && parse_closing(p);
 }
 
+/* The call of a function or of a table, by its name. */
 static bool parse_call(kt_parser *p, const char *spot, const char *name) {
     int which = 0, count = 0;
     bool is_angle;
@@ -399,6 +410,7 @@ static bool parse_call(kt_parser *p, const char *spot, const char *name) {
     return parse_closing(p);
 }
 
+/* A number, a name, a call, or a formula in parentheses. */
 static bool parse_primary(kt_parser *p, bool *is_angle) {
     char text[KT_NAME_TEXT_SIZE];
     const char *spot = p->at;
@@ -415,6 +427,8 @@ static bool parse_primary(kt_parser *p, bool *is_angle) {
     return parse_closing(p);
 }
 
+/* Signs and a power. The base binds first and the exponent is again a factor, so that -2^2 is -(2^2), 2^-1 is allowed,
+ * and 2^3^2 is 2^(3^2). */
 static bool parse_factor(kt_parser *p, bool *is_angle) {
     bool exponent;
     const bool negative = *p->at == '-';
@@ -465,6 +479,7 @@ static bool parse_sum(kt_parser *p, bool *is_angle) {
     }
 }
 
+/* One comparison at most: a < b < c is a fault. The longer signs come first in the list. */
 static bool parse_comparison(kt_parser *p, bool *is_angle) {
     static const struct {
         const char *sign;
@@ -537,6 +552,7 @@ static bool parse_condition(kt_parser *p, bool *is_angle) {
 
 /* ---- the whole --------------------------------------------------------------------------------------------------- */
 
+/* The whole text: what follows a complete formula is a fault. */
 static bool parse_whole(kt_parser *p) {
     char text[KT_NAME_TEXT_SIZE];
     bool is_angle;

@@ -139,6 +139,7 @@ static void circular_of(const series *x, series *s, series *c) {
     pair_of(x, -1.0, s, c);
 }
 
+/* Beyond `usual`, exp(-|t|) / 2 is below the rounding of exp(|t|) / 2, which may exceed the largest double. */
 static void hyperbolic_of(const series *x, series *s, series *c) {
     static const double usual = 700.0;
     const double t = double_of(x->c[0]);
@@ -171,6 +172,7 @@ static series integral_over(double value, const series *x, const series *y) {
     return integral_of(value, &rate);
 }
 
+/* 1 + sign x^2 */
 static series one_plus_square(const series *x, double sign) {
     const series one = constant(number_of(1.0)), square = product_of(x, x);
     return sum_of(&one, &square, sign);
@@ -178,6 +180,7 @@ static series one_plus_square(const series *x, double sign) {
 
 /* ---- operations -------------------------------------------------------------------------------------------------- */
 
+/* The integral of x' / cosh^2 x. Beyond `saturated`, the derivatives are below the least double. */
 static series tanh_of(const series *x) {
     static const double saturated = 1e6;
     const double t = double_of(x->c[0]);
@@ -189,6 +192,7 @@ static series tanh_of(const series *x) {
     return integral_over(tanh(t), x, &c);
 }
 
+/* The integral of x' / sqrt(1 - x^2) for asin, of its opposite for acos. */
 static series asin_of(kt_operator code, const series *x) {
     const series square = one_plus_square(x, -1.0), y = power_of(&square, 0.5);
     const double t = double_of(x->c[0]);

@@ -34,6 +34,7 @@ static bool jet_is_constant(const kt_jet *x) {
     return true;
 }
 
+/* x_k / x_0. */
 static kt_between jet_ratio(const kt_jet *x, int k) {
     static const kt_between one = {1.0, 1.0};
     return k == 0 ? one : x->has_ratio ? x->ratio[k] : interval_divide(x->c[k], x->c[0]);
@@ -148,6 +149,8 @@ static kt_jet jet_quotient(const kt_jet *x, const kt_jet *y) {
     return z;
 }
 
+/* The ratios, of use only if a coefficient of x has no bounds, follow from z z = x: r_k = (x_k / x_0 - sum_(0<i<k) r_i
+ * r_(k-i)) / 2. */
 static kt_jet jet_sqrt(const kt_jet *x) {
     kt_jet z = {.size = 0.0};
     z.c[0] = interval_sqrt(x->c[0]);
@@ -170,6 +173,8 @@ static kt_jet jet_sqrt(const kt_jet *x) {
     return z;
 }
 
+/* The coefficients follow from the ratios alone (jet_settle), since exp x = z_0 may be infinite and its ratios are
+ * not. */
 static kt_jet jet_exp(const kt_jet *x) {
     kt_jet z = {.size = 0.0};
     z.c[0] = interval_raise(exp, x->c[0]);

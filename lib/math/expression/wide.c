@@ -33,6 +33,8 @@ static number times(number x, number y) { return normal(x.m * y.m, x.e + y.e); }
 static number over(number x, number y) { return normal(x.m / y.m, x.e - y.e); }
 static number minus(number x) { return (number){-x.m, x.e}; }
 
+/* A number smaller by the factor 2^-beyond is below the rounding of the larger one. The limit keeps the exponent of
+ * ldexp within int. */
 static number plus(number x, number y) {
     static const double beyond = 200.0;
     if (x.m == 0.0 || y.m == 0.0)

@@ -85,6 +85,8 @@ static bool is_explicit(const kt_method *method) {
     return kt_method_family_of(method) == &kt_family_explicit && kt_method_check_sizes(method, NULL) == KT_OK;
 }
 
+/* The fsal stage of a method is not counted: it belongs to the next step. Wrenches on bodies exist if links carry
+ * forces (kt_where: the count, or 0). */
 static kt_batch_counts count_batch(const kt_model *model, const kt_batch_options *options) {
     const kt_lane_kernels *kernels = kt_lane_kernels_of(model);
     const kt_method *method = options->method;
@@ -138,6 +140,7 @@ size_t kt_batch_size(const kt_model *model, const kt_batch_options *options) {
     return lay_out(NULL, &n);
 }
 
+/* Initialises the workspace of a thread; no lane has the numbers of a model yet. */
 static kt_status init_work(kt_batch *batch, size_t thread, kt_error *error) {
     kt_batch_work *w = kt_batch_work_of(batch, thread);
     (void)lay_out_work(w, &batch->n);
@@ -208,6 +211,7 @@ size_t kt_batch_count(const kt_batch *batch) { return batch ? batch->n.states : 
 
 /* ---- one state --------------------------------------------------------------------------------------------------- */
 
+/* Reports an index that is not one of the batch's states. */
 static bool is_other_state(const kt_batch *batch, size_t state, kt_error *error) {
     if (state < batch->n.states)
         return false;

@@ -118,7 +118,7 @@ kt_lane_mask kt_lanes_accelerate(const kt_lane_kernels *kernels, const kt_model 
 const kt_lane_kernels *kt_lane_kernels_of(const kt_model *model);
 
 /* Computes the accelerations of the active lanes of a group, of which lane l is at the time t[l], into w->result. Lanes
- * that fail are removed from group->live. */
+ * that fail are removed from group->active. */
 void kt_batch_accelerate(kt_batch_work *w, kt_batch_group *group, const double *t, kt_batch_fault *fault);
 
 /* Computes the joint forces of the active lanes by inverse dynamics of the tree, into w->result, likewise. */

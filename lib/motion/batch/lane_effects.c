@@ -67,6 +67,7 @@ static bool read_lane_variables(const sum *s, const kt_effect_record *effect, co
 
 /* ---- one effect -------------------------------------------------------------------------------------------------- */
 
+/* Evaluates an effect with the code for one state, for each active lane. A lane whose callback fails is not sound. */
 static void wrench_lane_by_lane(sum *s, const kt_effect_record *effect, const kt_effect_frame *end,
                                 kt_effect_wrench *wrench) {
     variables in;
@@ -134,6 +135,7 @@ static void apply_wrenches(sum *s, const kt_effect_batch *batch) {
     }
 }
 
+/* A summation without an error so far; the caller sets tau and applied if forces are written. */
 static sum begin_sum(const kt_model *model, kt_data *data, const kt_lane_state *at) {
     return (sum){.model = model,
                  .data = data,

@@ -43,6 +43,8 @@ static void store_pose(const kt_body_record *b, const kt_link_motion *m, kt_real
     store3(out + 9, position);
 }
 
+/* The 24 numbers of kt_frame_motion: axes (9), position, angular velocity, velocity, angular acceleration, and
+ * acceleration. */
 void KT_KERNEL(kt_frame_motion)(const kt_model *model, const kt_data *data, const kt_lane_frame *frame, kt_real1 *out) {
     const kt_body_record *b = &model->body[frame->body];
     const kt_link_motion *m = &data->motion[b->link];
@@ -55,6 +57,7 @@ void KT_KERNEL(kt_frame_motion)(const kt_model *model, const kt_data *data, cons
     store3(out + 21, kt_point_accelerate(m->linear, m->alpha, m->omega, arm));
 }
 
+/* Walks from the body's link to the ground. `arm` leads from the origin of the present link to the frame's origin. */
 void KT_KERNEL(kt_frame_columns)(const kt_model *model, const kt_data *data, const kt_lane_frame *frame,
                                  double *const *out) {
     const kt_body_record *b = &model->body[frame->body];

@@ -30,7 +30,7 @@ void KT_KERNEL(kt_lanes_combine)(double *out, const double *y, const double *h, 
 
 void KT_KERNEL(kt_lanes_mean_square)(double *out, const kt_lane_scales *scales, const kt_stage_term *terms,
                                      size_t count, double *const *k, size_t n) {
-    enum { TILE = 8 }; /* of mean_square for one state */
+    enum { TILE = 8 }; /* partial sums, as in kt_slopes_mean_square, so that the bits are equal */
     const kt_real1 *y0 = (const void *)scales->y0, *y1 = (const void *)scales->y1;
     const kt_real1 absolute = *(const kt_real1 *)(const void *)scales->absolute;
     const kt_real1 relative = *(const kt_real1 *)(const void *)scales->relative;

@@ -39,6 +39,7 @@ static kt_frame_motion frame_motion(const kt_model *model, const kt_data *data, 
     return out;
 }
 
+/* Evaluates the sensors of one state with the functions for one state, and with that state's own model. */
 static void sense_alone(kt_batch_work *w, kt_batch_group *group, const kt_batch_sensors *s, size_t lane,
                         kt_batch_fault *fault) {
     const kt_batch *batch = w->batch;
@@ -75,6 +76,8 @@ static void take_markers(const kt_batch *batch, const kt_batch_group *group, con
     }
 }
 
+/* Evaluates sensor i in `lanes`, from the kinematics that the workspace holds. The kernel writes only nonzero columns
+ * of a Jacobian, so that its memory is cleared first. */
 static void sense_frame(kt_batch_work *w, const kt_batch_group *group, const kt_batch_sensors *s, size_t i,
                         kt_lane_mask lanes) {
     const kt_batch *batch = w->batch;

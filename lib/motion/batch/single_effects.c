@@ -23,6 +23,7 @@ bool kt_effect_alone_wrench(const kt_model *model, const kt_effect_record *effec
     return true;
 }
 
+/* The force of an effect in a joint: the value of its formula, of the caller's callback, or of its kind. */
 bool kt_effect_alone_force(const kt_model *model, const kt_effect_record *effect, const double *variables, double q,
                            double v, double t, double *force) {
     double values[6] = {0.0};

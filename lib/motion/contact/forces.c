@@ -210,7 +210,8 @@ static kt_status solve_with_growing_friction(kt_simulation *simulation, double t
 }
 
 /* Solves contact forces if contacts with friction touch (friction.c). If no such forces exist, an impulse without a
- * collision may stop slip, unless this has happened already (c->selected->jams). */
+ * collision may stop slip, unless this has happened already (`again`). c->selected->jams: an impulse has stopped
+ * slip. */
 static kt_status solve_rough_forces(kt_simulation *simulation, double t, bool again, double *lost, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const int island = (int)(c->selected - c->island);
@@ -247,6 +248,8 @@ static kt_status solve_islands(kt_simulation *simulation, double t, bool again, 
     return status;
 }
 
+/* Solves the contact forces at the present state, together with the loads of joint friction if some friction is
+ * proportional to a reaction. again: impulses have stopped slip at this instant, and may not do so again. */
 static kt_status solve_all_forces(kt_simulation *simulation, double t, bool again, bool *jams, double *lost,
                                   kt_error *error) {
     struct kt_contacts *c = simulation->contacts;

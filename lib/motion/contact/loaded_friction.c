@@ -31,6 +31,7 @@ bool kt_contacts_have_loads(const struct kt_contacts *c) { return c->all->n.load
 /* Whether the joint of dry friction k is at rest. */
 static bool is_at_rest(const struct kt_contacts *c, int k) { return fabs(c->v[c->item[k].v]) <= c->rest_rate[k]; }
 
+/* rests: friction of joints at rest is left out of accelerations (load_rests); false: all of it acts. */
 void kt_contacts_put_rests(kt_simulation *simulation, bool rests) {
     const struct kt_contacts *c = simulation->contacts;
     for (int k = c->sides; kt_contacts_have_loads(c) && k < c->n; k++) {

@@ -159,7 +159,8 @@ static void move_states(const kt_simulation *simulation, double h, const double 
         simulation->moreau->y[x + i] = y[x + i] + h * simulation->moreau->rate[i];
 }
 
-/* Adds the impulses to the velocities without impulses in m->y. */
+/* Adds the impulses to the velocities without impulses in m->y. again: the second pass; the first one corrects depths,
+ * and settles gaps, before it solves. */
 static kt_status add_impulses(kt_simulation *simulation, double h, const double *v, bool again, kt_error *error) {
     bool any = false;
     kt_moreau_take_free(simulation, h);
@@ -178,7 +179,9 @@ static kt_status add_impulses(kt_simulation *simulation, double h, const double 
     return status;
 }
 
-/* One pass of a step: velocities without impulses, then the impulses and the velocities with them. */
+/* One pass of a step: velocities without impulses, then the impulses and the velocities with them. The first pass
+ * evaluates forces with the velocities v before the step. The second one (`again`) uses the mean of these and of the
+ * velocities that the first pass has found, and begins with the contacts of the first. */
 static kt_status take_pass(kt_simulation *simulation, double t, double h, const double *y, bool again, kt_power *power,
                            kt_error *error) {
     kt_moreau *m = simulation->moreau;

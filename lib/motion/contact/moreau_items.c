@@ -428,6 +428,8 @@ void kt_moreau_renew_laws(kt_simulation *simulation, double h) {
         set_law(simulation, i, h);
 }
 
+/* Velocities without contact impulses. The viscous part of dry friction acts now, at the mean velocity; the dry part is
+ * an impulse up to h times its limit. No island has a solution yet, except those without items. */
 void kt_moreau_take_free(kt_simulation *simulation, double h) {
     assert(h > 0.0);
     struct kt_contacts *c = simulation->contacts;
@@ -476,6 +478,8 @@ static kt_status spare_held_items(kt_simulation *simulation, int from, bool *any
     return status;
 }
 
+/* If some of the new items have no lever because loops hold their gaps (spares), the items are listed once more,
+ * without these. */
 kt_status kt_moreau_add_closing(kt_simulation *simulation, double h, const double *v, bool *any, kt_error *error) {
     assert(h > 0.0);
     const bool begins = simulation->moreau->count == simulation->moreau->dry;

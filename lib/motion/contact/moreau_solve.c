@@ -233,7 +233,8 @@ static int choose_deep(const kt_simulation *simulation, const kt_moreau_island *
     return any ? count : 0;
 }
 
-/* Adds the displacement of the selected island to m->change. Returns whether there is one. */
+/* Adds the displacement of the selected island to m->change. Returns whether there is one. begins: as in
+ * choose_deep. */
 static bool correct_island(kt_simulation *simulation, const kt_moreau_island *island, double h, bool begins) {
     const struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;

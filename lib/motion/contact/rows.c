@@ -394,7 +394,8 @@ static void write_reserves(struct kt_contacts *c, const kt_model *model, const k
     }
 }
 
-/* Shares the load of a group. Groups have no coordinate in common. */
+/* Shares the load of a group. Groups have no coordinate in common. least: by the least forces; otherwise by forces with
+ * the largest margin, with the reserves of the items that bound it. */
 static void share_load_of_group(struct kt_contacts *c, const kt_model *model, const kt_group *group, double t,
                                 bool least) {
     int items = 0, rows = 0;

@@ -20,8 +20,9 @@ static kt_integrator_sizes measure_integrator(const kt_method *method, size_t n,
     return sizes;
 }
 
-/* The memory may begin at any address; the integrator begins at the first cache line in it. */
-static size_t bytes(const kt_method *method, size_t n, bool owns_matrices) {
+/* Bytes of an integrator, 0 if there is none of this size. The memory may begin at any address; the integrator begins
+ * at the first cache line in it. owns_matrices: it solves Newton's equations with its own n x n matrices. */
+static size_t integrator_bytes(const kt_method *method, size_t n, bool owns_matrices) {
     const size_t most =
         SIZE_MAX / (sizeof(double) * 2 * (KT_METHOD_STAGES_MAX + 8)); /* twice the largest number of arrays */
     if (n < 1 || n > most || kt_method_check_sizes(method, NULL) != KT_OK)
@@ -32,10 +33,10 @@ static size_t bytes(const kt_method *method, size_t n, bool owns_matrices) {
     return lay_out(NULL, &sizes) + KT_ARENA_ALIGNMENT - 1;
 }
 
-size_t kt_integrator_size(const kt_method *method, size_t n) { return method ? bytes(method, n, true) : 0; }
+size_t kt_integrator_size(const kt_method *method, size_t n) { return method ? integrator_bytes(method, n, true) : 0; }
 
 size_t kt_integrator_size_with(const kt_method *method, size_t n, const kt_integrator_options *options) {
-    return bytes(method, n, options->newton == NULL);
+    return integrator_bytes(method, n, options->newton == NULL);
 }
 
 void kt_integrator_poison(kt_integrator *it, unsigned char byte) {
@@ -174,6 +175,7 @@ static kt_status check_given_state(const kt_integrator *it, double t, const doub
     return KT_OK;
 }
 
+/* Sets the state. Slopes, stages and matrices in memory do not belong to it. */
 static void set_integrator_state(kt_integrator *it, const double *y) {
     memmove(it->y, y, it->sizes.n * sizeof *y);
     it->stages_known = false;

@@ -124,8 +124,8 @@ static kt_try_result compute_jacobian(kt_integrator *it, double t, const double 
 }
 
 /* Computes the J of the history again. Slot 0 has f(t, y), so that f(t_J, y_J) goes to slot 1. After a checkpoint, this
- * evaluation is not counted, because a run without an interruption does not repeat it, and the costs that auto compares
- * must be equal. */
+ * evaluation is not counted (is_cost: false), because a run without an interruption does not repeat it, and the costs
+ * that auto compares must be equal. */
 static kt_try_result recompute(kt_integrator *it, bool is_cost, kt_try *result) {
     const kt_newton_memory *m = memory_of(it);
     kt_newton_of(it)->factored = 0.0;

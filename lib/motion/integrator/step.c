@@ -336,7 +336,8 @@ static kt_status choose_first(kt_integrator *it, double t_limit, double *propose
 }
 
 /* The next proposal after an accepted step. A step cut short by t_limit whose error is too small to be informative
- * leaves the proposal and the control's memory unchanged. */
+ * leaves the proposal and the control's memory unchanged. retried: a longer try of this step was rejected, so that the
+ * next step is not longer either. */
 static double propose_after_step(const kt_integrator *it, const kt_plan_of_try *p, bool retried, const kt_try *r,
                                  double *control_error) {
     const double h = fabs(p->interval.h), error = r->error;

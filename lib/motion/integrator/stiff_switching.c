@@ -156,7 +156,7 @@ static const kt_method_family *active_family(const kt_integrator *it) { return k
 
 static bool is_stiff(const kt_integrator *it) { return it->table == &kt_method_radau5; }
 
-/* Changes between dopri5 and radau5. A slope at the present state stays available. */
+/* Changes to radau5 (stiff) or dopri5. A slope at the present state stays available. */
 static void switch_to(kt_integrator *it, bool stiff) {
     const size_t before = it->fresh;
     if (stiff == is_stiff(it))
@@ -335,7 +335,9 @@ static double cost_so_far(const kt_integrator *it) {
     return KT_IMPLICIT_EVALUATION * (double)counts->evaluations + KT_JACOBIAN_EVALUATIONS * (double)counts->jacobians;
 }
 
-/* Continues with the implicit method, which ends when it costs more than the explicit one has cost for each second. */
+/* Continues with the implicit method, which ends when it costs more than the explicit one has cost for each second.
+ * rings: for a pair that rings or is idle; is_idle: for an oscillation without damping, and then for KT_IDLE_PHASE
+ * steps at least. */
 static void to_implicit(kt_integrator *it, bool rings, bool is_idle) {
     const watch before = *watch_of(it);
     kt_family_radau.start(it);

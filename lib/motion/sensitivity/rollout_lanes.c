@@ -66,6 +66,7 @@ KT_ARENA_ARRAYS(place_arrays, lanes_work, KT_ROLLOUT_LANE_FIELDS, const kt_rollo
 
 /* ---- which motions ----------------------------------------------------------------------------------------------- */
 
+/* The reason why gradients of a rollout are computed one by one; NULL: in lanes. */
 static const char *fallback_reason_of_rollout(const kt_model *model, const kt_rollout *rollout) {
     if (kt_method_family_of(rollout->method) != &kt_family_explicit)
         return "the method is implicit";

@@ -78,6 +78,7 @@ static bool find_power(kt_simulation *simulation, double t, kt_power *power) {
            kt_simulation_power(simulation, t, simulation->y, power, &error) == KT_OK;
 }
 
+/* Computes the powers at all nodes of a panel. Returns false if one of them cannot be computed. */
 static bool find_powers(kt_simulation *simulation, const kt_work_panel *panel, kt_power power[NODES]) {
     const double middle = 0.5 * (panel->from + panel->to), half = 0.5 * (panel->to - panel->from);
     for (int j = 0; j < NODES; j++)

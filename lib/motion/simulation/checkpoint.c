@@ -279,7 +279,7 @@ static kt_status check_settings(const kt_checkpoint_settings *its, const kt_chec
     return KT_OK;
 }
 
-/* Whether the block is of this kind of simulation. */
+/* Rejects a block of another kind, model, method or version. recorded: as in check_settings. */
 static kt_status check_checkpoint_head(const kt_simulation *simulation, const kt_checkpoint_head *head, bool recorded,
                                        kt_error *error) {
     kt_checkpoint_head own = make_head(simulation);
@@ -356,6 +356,8 @@ static kt_status check_state(const kt_simulation *simulation, const char *from, 
     return KT_OK;
 }
 
+/* A damaged block changes nothing: head, sums and words are checked before anything is written. The model is set next,
+ * since the integrator calls it, and is set back if the integrator rejects its part. */
 kt_status kt_simulation_restore(kt_simulation *simulation, const void *block, kt_error *error) {
     if (KT_IS_MISSING(error, simulation, block) ||
         kt_simulation_require_outermost(simulation, __func__, error) != KT_OK)

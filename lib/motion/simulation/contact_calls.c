@@ -19,7 +19,7 @@ kt_status kt_simulation_set_released(kt_simulation *simulation, uint64_t set, kt
     uint64_t known = 0, after = set;
     for (int k = 0; c != NULL && k < c->n; k++) {
         known |= kt_contact_rubs(c, k) ? 0 : c->item[k].bit;
-        after |= (set & c->item[k].bit) != 0 ? c->item[k].back : 0;
+        after |= (set & c->item[k].bit) != 0 ? c->item[k].back : 0; /* joint friction: both switches on */
     }
     if ((set & ~known) != 0)
         return kt_error_set(

@@ -263,7 +263,8 @@ static void count_cut(kt_simulation *simulation, const reach *r) {
 
 /* Finds the roots of all events in the first panel of the last step that has any, and the roots of the same instant.
  * The earliest root, or HUGE_VAL, goes to *first. If the search of an adaptive step takes too many values, the end of
- * the repeated step goes to *shorter, else HUGE_VAL. is_first: the step has not been searched before. */
+ * the repeated step goes to *shorter, else HUGE_VAL. is_first: the step has not been searched before. may_shorten: the
+ * step is adaptive, and may be repeated. settles: as in find_roots_in. */
 static kt_status find_roots(kt_simulation *simulation, bool is_first, bool may_shorten, bool settles, double *first,
                             double *shorter, kt_error *error) {
     const size_t n = simulation->size.event;
@@ -321,7 +322,8 @@ static double event_instant_of(kt_simulation *simulation, double first) {
     return last;
 }
 
-/* Accepts the last step: its end becomes the beginning of the next one. */
+/* Accepts the last step: its end becomes the beginning of the next one. fires: events that are due take effect there,
+ * and have the side behind their root. */
 static void pass_step(kt_simulation *simulation, bool fires) {
     const size_t n = simulation->size.event;
     kt_copy(simulation->events.value, simulation->events.value + (KT_EVENT_SAMPLES - 1) * n, n * sizeof(double));

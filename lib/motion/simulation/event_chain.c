@@ -94,7 +94,7 @@ static bool has_no_end(const kt_simulation *simulation, size_t k, double t, doub
     const double d = t - memory->event_last, r = memory->event_ratio, lasts = t - memory->event_chain;
     const double left = d * r / (1.0 - r);
     const bool is_row = memory->event_row >= IN_A_ROW;
-    /* The ratio of intervals of a rounding of t is arbitrary. */
+    /* An interval within the rounding of t has no meaningful ratio to others. */
     const bool has_ratio = d > 8.0 * DBL_EPSILON * fabs(t);
     const bool is_close = memory->event_shrinking >= SHRINKING && (d <= short_interval || left <= at_once * lasts);
     const bool is_near = memory->event_shrinking >= SHRINKING / 2 && left <= soon * lasts && is_crowded(simulation, k);

@@ -68,9 +68,10 @@ static double speed_squared(const kt_gap *begin, const kt_gap *end) {
 typedef struct search {
     kt_simulation *simulation;
     size_t k;
-    double boundary, turn;
-    int evaluations;
-    double when; /* the first time found at which d < 0 */
+    double boundary; /* added to distances: the depth that counts as an unseen action (boundary_of) */
+    double turn;     /* r */
+    int evaluations; /* that are left */
+    double when;     /* the first time found at which d < 0 */
 } search;
 
 static sample sample_of(const search *s, double t, const kt_gap *gap) {

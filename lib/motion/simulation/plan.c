@@ -99,6 +99,7 @@ static const char *why_not_delassus(const kt_model *model) {
     return model->n.loop == 0 ? "no loops" : "no loops of one to four equations hold a long chain on the ground";
 }
 
+/* The links of planar trees, or of spatial trees, that are in no group of loops. Spatial links come first. */
 static size_t outside_groups(const kt_model *model, bool planar) {
     size_t count = 0;
     for (size_t i = 1; i < model->n.link; i++)

@@ -248,6 +248,7 @@ static kt_status hand_over_record(kt_simulation *simulation, kt_recorder *record
     return kt_simulation_complete_record(simulation, status, &record, &from, recorder, user, error);
 }
 
+/* Hands over the record of an event at the time t, within the last step or at its end. */
 static kt_status record_event_at(kt_simulation *simulation, const kt_event *event, double t, kt_recorder *recorder,
                                  void *user, kt_error *error) {
     const bool of_contact = event < simulation->events.list + kt_simulation_contact_events(simulation);

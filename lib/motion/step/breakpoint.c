@@ -38,7 +38,8 @@ typedef struct breakpoint {
     bool strikes;    /* a velocity or a position that a loop prescribes jumps */
 } breakpoint;
 
-/* Uses this time if it is after t, and not after the earliest breakpoint found so far. */
+/* Uses this time if it is after t, and not after the earliest breakpoint found so far. jumps: accelerations jump at the
+ * time. Breakpoints at one time have the facts of all of them. */
 static void meet_breakpoint(breakpoint *first, double t, double time, bool jumps) {
     if (!(time > t) || time > first->time)
         return;

@@ -203,7 +203,7 @@ static void divide_plain(kt_complex sigma, vector x, size_t first, size_t last) 
         set_entry(x, i, kt_complex_multiply(factor, get_entry(x, i)));
 }
 
-/* x (nq) becomes S x, or x (nv), tangents, becomes P S E x. */
+/* x (nq) becomes S x. of_tangents: x (nv) becomes P S E x. */
 static void divide_all(const kt_simulation *s, kt_complex sigma, bool of_tangents, vector x) {
     size_t from = 0;
     for (size_t k = 0; k < s->size.turning; k++) {
@@ -358,7 +358,8 @@ static int newton_jacobian(double t, const double *y, const double *dydt, void *
 
 /* ---- factors ----------------------------------------------------------------------------------------------------- */
 
-/* One of four vectors, of nq (at least nv) components and of the auxiliary states. */
+/* One of four work vectors, of nq (at least nv) components and of the auxiliary states. complex: with imaginary
+ * parts. */
 static vector work_of(const kt_simulation *s, size_t which, bool complex) {
     const size_t n = s->size.nq + s->size.states;
     double *re = s->newton->vectors + 2 * which * n;
@@ -492,6 +493,8 @@ static void solve_loop_system(const kt_simulation *s, kt_complex sigma, vector v
     copy(r_x, vector_from(c, free), states);
 }
 
+/* kt_newton.solve: the residuals (r_q, r_v, r_x) become the corrections. u = P S r_q gives x_v and x_x (solve_tree),
+ * and then x_q = S (r_q + E x_v). */
 /* NOLINTNEXTLINE(readability-non-const-parameter): it is the type of the callback, and both are written */
 static int solve_newton(double *re, double *im, void *user) {
     const kt_simulation *s = user;

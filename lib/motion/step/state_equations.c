@@ -41,6 +41,7 @@ void kt_simulation_inputs_use(kt_simulation *simulation) {
 
 /* ---- the caller's equations -------------------------------------------------------------------------------------- */
 
+/* A state as the caller's callbacks receive it. In y, the auxiliary states follow the velocities. */
 static kt_instant evaluated_instant_of(const kt_simulation *simulation, const kt_dynamic_state *at) {
     return (kt_instant){.model = simulation->model,
                         .data = simulation->data,
@@ -201,6 +202,7 @@ static bool is_unit_quaternion(const double *p) {
     return fabs(defect) <= unit_defect;
 }
 
+/* Projects y by the caller's projection instead of the library's. */
 static kt_status project_by_caller(kt_simulation *simulation, double t, double *y, bool *changed, kt_error *error) {
     const kt_instant at =
         evaluated_instant_of(simulation, &(kt_dynamic_state){.t = t, .q = y, .v = y + simulation->size.nq});
