@@ -17,7 +17,8 @@ enum { NEWTON_MOST = 25, MANY = 600, TURNS = 10, TURN_SWEEPS = 10, TURN_NEWTON =
 
 /* ---- sweeps ------------------------------------------------------------------------------------------------------ */
 
-/* Computes x of one contact that slips in the direction (cos, sin), from u_n = 0. Returns e x u_t; *along: e . u_t. */
+/* Computes x of one contact that slips in the direction e = (cos, sin), from u_n = 0 and p_t = -mu p_n e. Returns e x
+ * u_t, which is zero if the slip has that direction, and not the opposite one: *along = e . u_t. */
 static double turn_of(const double *w, const double *q, double mu, double angle, double *x, double *along) {
     const double e0 = cos(angle), e1 = sin(angle), d = w[0] - mu * (w[1] * e0 + w[2] * e1);
     x[0] = d > 0.0 ? -q[0] / d : 0.0;

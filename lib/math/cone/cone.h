@@ -41,7 +41,7 @@ typedef struct kt_cone_blocks {
 } kt_cone_blocks;
 
 typedef struct kt_cone_problem {
-    int n;
+    int n;                        /* items */
     const double *W, *b;          /* 3n x 3n, by rows; 3n */
     const kt_cone_blocks *blocks; /* in place of W; NULL: W is given */
     const double *mu;             /* n */

@@ -92,7 +92,10 @@ static void correct_centre(const double *F, const double *dr, const double *ds, 
 /* ---- the iteration ----------------------------------------------------------------------------------------------- */
 
 typedef struct interior {
-    double size, tau, smooth, sigma;
+    double size;   /* the largest |b|, the unit of forces */
+    double tau;    /* the mean of r . s over the contacts */
+    double smooth; /* g(s) = sqrt(|s_t|^2 + smooth^2) */
+    double sigma;  /* centring: the next tau over the present one */
 } interior;
 
 /* An entry of Q = D W D. */

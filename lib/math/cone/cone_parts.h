@@ -61,8 +61,8 @@
 struct kt_cone {
     int most; /* contacts */
     int n;
-    bool symmetric, has_least, has_limit;
-    int newton, blocks;
+    bool symmetric, has_least, has_limit; /* of the problem: W, any least impulse, any dry friction */
+    int newton, blocks;                   /* steps of Newton's method; blocks of A */
     double gain;   /* the largest impulse in the size of a residual, over the largest rate; 0: unbounded */
     double enough; /* the residual at which the cascade ends */
     KT_ARENA_DECLARE(KT_CONE_FIELDS)

@@ -35,7 +35,7 @@ typedef enum kt_statics_type {
 
 typedef struct kt_statics_item {
     kt_statics_type type;
-    int row;
+    int row;         /* its first force */
     double friction; /* mu; of dry friction S */
     double least;    /* l */
     double metric;   /* w */

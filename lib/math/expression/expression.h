@@ -39,7 +39,7 @@ typedef struct kt_expression_term {
 
 struct kt_expression {
     size_t count;
-    bool is_angle;
+    bool is_angle; /* the value is an angle, rad (parse.c) */
     kt_expression_term term[];
 };
 

@@ -157,6 +157,7 @@ static kt_jet jet_atan2(const kt_jet *y, const kt_jet *x) {
     return (kt_jet){.c = {turn, interval_unbounded, interval_unbounded, interval_unbounded, interval_unbounded}};
 }
 
+/* sqrt(x^2 + y^2). The product of an interval with itself may reach below 0, but a square does not. */
 static kt_jet jet_hypot(const kt_jet *x, const kt_jet *y) {
     kt_jet a = jet_product(x, x), b = jet_product(y, y);
     a.c[0].lo = larger(0.0, a.c[0].lo);

@@ -253,6 +253,7 @@ void kt_lookup_compile(const kt_lookup *lookup, double *numbers) {
 static const double least_step = 1e-50; /* with shorter steps, second derivatives would overflow */
 static const double most = 1e100;       /* and with larger numbers */
 
+/* Whether all numbers are finite and below `most`; otherwise writes the fault to `text`. */
 static bool are_numbers_fine(const kt_lookup *lookup, char *text, size_t size) {
     const int width = lookup->inputs + 1;
     for (int k = 0; k < lookup->row_count * width; k++)
@@ -327,11 +328,14 @@ typedef struct kt_lookup_place {
     bool before, behind;
 } kt_lookup_place;
 
+/* Finds the interval of x among `count` ascending numbers, which are `stride` apart. */
 static kt_lookup_place place_of(const double *numbers, int stride, int count, double x) {
     const double last = numbers[(size_t)(count - 1) * (size_t)stride];
     return (kt_lookup_place){find_interval(numbers, stride, count, x), x<numbers[0], x> last};
 }
 
+/* Sets the bounds of the input between which the piece at this place is valid. shift: of a table that repeats
+ * itself. */
 static void bound_piece(kt_lookup_piece *p, int axis, kt_lookup_place at, const double *numbers, int stride, int count,
                         double shift) {
     const double *own = numbers + (size_t)at.index * (size_t)stride;
@@ -339,6 +343,7 @@ static void bound_piece(kt_lookup_piece *p, int axis, kt_lookup_place at, const 
     p->high[axis] = at.before ? numbers[0] : at.behind ? HUGE_VAL : own[stride] + shift;
 }
 
+/* Whether the table has no value at x, so that the result is NaN. */
 static bool rejects(const double *table, double x, kt_lookup_place at) {
     return isnan(x) || ((at.before || at.behind) && table[KT_LOOKUP_OUTSIDE] == KT_OUTSIDE_REJECT);
 }

@@ -154,7 +154,6 @@ static bool parse_unit(kt_parser *p, double *value, bool *is_angle) {
                           found_at(spot, text));
 }
 
-/* A number, with an optional unit of angles. */
 static bool parse_number(kt_parser *p, bool *is_angle) {
     const char *const spot = p->at;
     double value = 0.0;
@@ -265,7 +264,7 @@ static bool reject_response(kt_parser *p, const char *spot, const char *name) {
     return false;
 }
 
-/* Reports an undefined name, with the nearest defined one. */
+/* Reports an undefined name, or function or table (is_function), with the nearest defined one. */
 static bool reject_undefined(kt_parser *p, const char *spot, const char *name, bool is_function) {
     kt_nearest nearest = kt_nearest_make(name, NULL);
     if (strlen(name) == 0)
@@ -361,7 +360,6 @@ static bool put_function_term(kt_parser *p, kt_operator code, int k, int last) {
     return k < last || put_operator(p, code);
 }
 
-/* The call of table k: its inputs are put on the stack before the term of the table. */
 static bool parse_lookup(kt_parser *p, const char *name, int k) {
     const int inputs = p->symbols->tables[k].inputs;
     int count = 0;
@@ -380,7 +378,6 @@ static bool parse_lookup(kt_parser *p, const char *name, int k) {
     return put_lookup(p, k) && parse_closing(p);
 }
 
-/* The call of a function or of a table, by its name. */
 static bool parse_call(kt_parser *p, const char *spot, const char *name) {
     int which = 0, count = 0;
     bool is_angle;
@@ -410,7 +407,6 @@ static bool parse_call(kt_parser *p, const char *spot, const char *name) {
     return parse_closing(p);
 }
 
-/* A number, a name, a call, or a formula in parentheses. */
 static bool parse_primary(kt_parser *p, bool *is_angle) {
     char text[KT_NAME_TEXT_SIZE];
     const char *spot = p->at;
@@ -552,7 +548,6 @@ static bool parse_condition(kt_parser *p, bool *is_angle) {
 
 /* ---- the whole --------------------------------------------------------------------------------------------------- */
 
-/* The whole text: what follows a complete formula is a fault. */
 static bool parse_whole(kt_parser *p) {
     char text[KT_NAME_TEXT_SIZE];
     bool is_angle;

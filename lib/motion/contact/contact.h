@@ -19,7 +19,7 @@ typedef enum kt_contact_side { KT_CONTACT_OFF, KT_CONTACT_ON, KT_CONTACT_BACK, K
 
 typedef struct kt_contact {
     kt_simulation *simulation;
-    int loop, index;
+    int loop, index;      /* of the model; in kt_contacts.item */
     kt_contact_side next; /* of the set that follows: on if it is closed, or sticks; the last two for friction of joints
                              that slips backwards, or that is released */
     kt_contact_side began; /* `next` before reactions are solved (loaded_friction.c) */
@@ -119,7 +119,7 @@ typedef struct kt_contact_sizes {
     X(int, line, list, "rows that have impulses, in this order")
 
 typedef struct kt_impact_phase {
-    int rows;
+    int rows; /* in `line` */
     KT_ARENA_DECLARE(KT_IMPACT_PHASE_FIELDS)
 } kt_impact_phase;
 

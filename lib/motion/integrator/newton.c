@@ -390,8 +390,8 @@ static double rounding_of(const kt_integrator *it) {
     return DBL_EPSILON * sqrt(kt_newton_square(it, it->y) / (double)it->counted);
 }
 
-/* Corrections of a few roundings of the state do not shrink, as at an equilibrium of large forces. Such corrections are
- * small enough (iteration_tolerance). */
+/* Gives up if the remaining iterations would leave an error above the tolerance, with the step for which they suffice.
+ * Accepts corrections of a few roundings, which do not shrink, as at an equilibrium of large forces. */
 static kt_try_result test_adaptive(kt_integrator *it, double size, bool *done, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     const int left = KT_NEWTON_ITERATIONS - 1 - w->iterations;

@@ -65,7 +65,8 @@ typedef struct motion {
     kt_simulation *simulation;
     const kt_model *model; /* of the last step */
     kt_data *data;
-    size_t N, n, nq, nv, columns, saved, data_size, step_size;
+    size_t N, n, nq, nv, columns;
+    size_t saved, data_size, step_size; /* bytes */
     KT_ARENA_DECLARE(KT_MOTION_FIELDS)
 } motion;
 

@@ -117,9 +117,9 @@ KT_EACH_ISA(KT_SPARSE_DECLARE)
 typedef struct kt_parameter_work {
     const kt_parameter *parameter;
     kt_data *data;
-    kt_model *shifted; /* in `copy` */
-    size_t n, p, count;
-    double now[KT_PARAMETER_MAX];
+    kt_model *shifted;            /* in `copy` */
+    size_t n, p, count;           /* coordinates, equations, numbers of the parameter */
+    double now[KT_PARAMETER_MAX]; /* the numbers, without a shift */
     KT_ARENA_DECLARE(KT_PARAMETER_FIELDS)
 } kt_parameter_work;
 

@@ -30,7 +30,7 @@
 /* A part of the last step, along which powers were integrated. */
 enum { KT_PANEL_TERMS = 13 };
 typedef struct kt_work_panel {
-    bool known;
+    bool known;                /* the panel belongs to the last step */
     int tried;                 /* panels of this step, tried or taken */
     double from, to, next;     /* s; `next`: the proposed length of the next panel */
     kt_work start;             /* at `from`, since the start of the run */

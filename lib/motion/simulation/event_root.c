@@ -84,7 +84,7 @@ kt_status kt_event_evaluate_all(kt_simulation *simulation, double t, const doubl
 /* ---- the first root in a panel ----------------------------------------------------------------------------------- */
 
 typedef struct sample {
-    double t, g;
+    double t, g; /* the event's value at a time */
 } sample;
 
 static kt_status event_value_at(kt_simulation *simulation, size_t k, double t, sample *to, kt_error *error) {

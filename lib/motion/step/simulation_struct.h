@@ -64,10 +64,10 @@ struct kt_newton_matrices;
     X(char, integrator_memory, size->integrator, "the integrator")
 
 struct kt_simulation_sizes {
-    size_t nq, nv;
-    size_t x;    /* auxiliary states */
-    size_t work; /* index in y of the work done, dissipated and supplied: nq + nv + x, or 1 if that is 0 */
-    size_t n;    /* equations of the integrator: work, or work + 2 if a balance is computed: */
+    size_t nq, nv; /* positions, velocities */
+    size_t x;      /* auxiliary states */
+    size_t work;   /* index in y of the work done, dissipated and supplied: nq + nv + x, or 1 if that is 0 */
+    size_t n;      /* equations of the integrator: work, or work + 2 if a balance is computed: */
     bool integrates_works;
     size_t history;           /* numbers of the integrator that are part of a checkpoint */
     size_t gap;               /* effects that act on one side of a boundary */
