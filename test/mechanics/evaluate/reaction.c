@@ -304,7 +304,7 @@ KT_TEST(teeth_press_along_their_line_of_action) {
             mesh.between[k].body = wheel[k].name;
         }
         wheel[1].joint.at.x = 0.5;
-        mesh.axis2.z = n == 1 ? -1.0 : 1.0;
+        mesh.second_axis.z = n == 1 ? -1.0 : 1.0;
         mesh.teeth = teeth[n][0];
         mesh.teeth2 = teeth[n][1];
         const kt_description d = kt_description_of(wheel, 2, &mesh, 1, NULL, 0);
