@@ -30,6 +30,7 @@ static double determinant_of(const double *x) {
     return (x[0] - t) * (x[0] + t);
 }
 
+/* z = x o y */
 static void jordan_product(const double *x, const double *y, double *z) {
     z[0] = x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
     z[1] = x[0] * y[1] + y[0] * x[1];

@@ -41,7 +41,7 @@ typedef struct kt_statics_item {
     double metric;   /* w */
 } kt_statics_item;
 
-/* Matrices are stored by rows. Vectors of the basis, and of `fixed_basis`, are stored one after the other. */
+/* Matrices are stored by rows. Vectors of the basis are stored one after the other. */
 #define KT_STATICS_FIELDS(X)                                                                                           \
     X(kt_statics_item, item, rows, "items")                                                                            \
     X(double, p, rows, "forces")                                                                                       \

@@ -15,6 +15,7 @@ typedef struct number {
     double m, e;
 } number;
 
+/* m 2^e with |m| in its range. */
 static number normal(double m, double e) {
     int shift = 0;
     const double part = isfinite(m) ? frexp(m, &shift) : m;
@@ -116,7 +117,8 @@ static void write_operation(kt_operator code, double first, double second, char 
         (void)snprintf(text, size, "%s(%.4g)", function_name[code], x);
 }
 
-/* Writes the input of a table that is outside its rows. Returns false if the table is not compiled. */
+/* Writes the input of a table that is outside its rows. Returns false if there is none, as in a table that is not
+ * compiled. */
 static bool write_outside(const kt_expression_term *term, const double input[2], char *text, size_t size) {
     const kt_lookup_piece p = kt_lookup_piece_at(kt_lookup_of(term), input[0], input[1]);
     for (int k = 0; k < p.inputs; k++) {

@@ -385,6 +385,7 @@ typedef struct source {
 
 enum { PAUSE = 16 };
 
+/* Frees the lane, and reports the end of its simulation to the caller. */
 static void end_lane(const source *from, kt_ensemble_lane *l, kt_status status, const kt_error *error) {
     const kt_ensemble_member member = l->member;
     l->member.simulation = NULL;

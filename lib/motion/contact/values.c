@@ -14,8 +14,8 @@ static double contact_direction_of(const kt_model *model, const kt_contact *cont
     return (model->set & contact->back) != 0 ? -1.0 : 1.0;
 }
 
-/* The slip of a joint along its direction. For a joint that is held (find_held), slip counts from the rate of rest. A
- * joint without friction slips in either direction. */
+/* The slip of a joint along its direction. For a joint that is held (kt_contacts_find_held), slip counts from the rate
+ * of rest. A joint without friction slips in either direction. */
 static double slip_of_joint(const kt_model *model, const kt_contact *contact, const double *v) {
     const bool is_held = (contact->simulation->memory.held & contact->bit) != 0;
     const uint64_t both = contact->bit | contact->back;

@@ -45,6 +45,7 @@ void kt_dirk_init(kt_integrator *it) {
 
 /* ---- a try ------------------------------------------------------------------------------------------------------- */
 
+/* base = y0 + h sum_{j<i} a_ij k_j */
 static void form_base(kt_integrator *it, const kt_interval *in, int i) {
     const size_t n = it->sizes.n;
     double *base = kt_newton_row(it, KT_DIRK_BASE);

@@ -281,7 +281,7 @@ double kt_error_scale(const kt_integrator *it, size_t i, double y0, double y1);
 /* sqrt(mean(((u_i - v_i) / scale_i)^2)) with the scales of the current state; v may be NULL (zero). */
 double kt_scaled_norm(const kt_integrator *it, const double *u, const double *v);
 
-/* `error` of families with one estimate: sqrt(mean((error_at_i / scale_i)^2)). */
+/* `error` of families with one estimate: sqrt(mean((error_at(i) / scale_i)^2)). */
 double kt_error_norm(const kt_integrator *it, double h);
 
 /* `error` and `error_at` of families without an error estimate, whose steps are fixed: 0. */
@@ -528,7 +528,7 @@ double kt_control_initial(kt_integrator *it, double direction, double limit, kt_
 #define KT_PROGRESS_OPEN 1e4
 enum { KT_PROGRESS_TRIES = 10000, KT_PROGRESS_WINDOWS = 5 };
 
-/* err_last of the step size control before the first step, and its lower bound (Hairer's DOPRI5). */
+/* memory.control_error before the first step, and its lower bound (err_last of Hairer's DOPRI5). */
 #define KT_CONTROL_ERROR_FLOOR 1e-4
 
 #endif

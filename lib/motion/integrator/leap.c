@@ -34,6 +34,7 @@ static kt_try_result take_leap(kt_integrator *it, const kt_interval *in, kt_try 
 
 static void accept_leap(kt_integrator *it) { it->leap->accept(it->callbacks.user); }
 
+/* A straight line between both ends, since a leap has no stages. */
 static kt_try_result join_ends(kt_integrator *it, double t, double *y_out, kt_try *r) {
     const double t0 = it->memory.previous_t, theta = (t - t0) / (it->memory.t - t0);
     for (size_t i = 0; i < it->sizes.n; i++)

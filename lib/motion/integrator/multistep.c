@@ -197,6 +197,7 @@ static void correct_roots(roots *r) {
         }
 }
 
+/* The factor of xi^(n-i) at z. */
 static kt_complex coefficient(const kt_stability *s, int i, kt_complex z) {
     const double *c = s->characteristic[i];
     const kt_complex square = kt_complex_multiply(z, z);

@@ -291,6 +291,7 @@ static kt_status check_tree(const extended *x, const tree *t, kt_error *error) {
     return status;
 }
 
+/* The first tree: a path, in which each node has one child. */
 static tree first_tree(int nodes) {
     tree t = {.nodes = nodes};
     for (int v = 0; v < nodes; v++)

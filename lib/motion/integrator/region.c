@@ -55,6 +55,7 @@ typedef struct axis {
     double re, im, least, rounding;
 } axis;
 
+/* kt_is_inside of |R| <= 1 + rounding at the distance x along the direction. */
 static bool axis_is_inside(const void *problem, double x) {
     const axis *a = problem;
     x = fmax(x, a->least);

@@ -147,6 +147,7 @@ static bool spectrum_is_stable(const void *problem, double x) {
     return worst_growth(p->method, p->radius, p->lambda, p->count, x / p->radius, p->duration, &unused) <= p->growth;
 }
 
+/* The longest stable step of all modes. *index: the mode that grows just beyond it. */
 static double longest_of_all(const spectrum *p, ptrdiff_t *index) {
     const double most = kt_method_family_of(p->method)->reach(p->method);
     const double x = fmin(kt_first_exit(spectrum_is_stable, p, most), most);

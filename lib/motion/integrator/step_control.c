@@ -22,7 +22,7 @@ double kt_control_power(double x, double p) {
     return ldexp(kt_binary_power(u - whole), (int)whole);
 }
 
-/* safety err^(-alpha/k) err_last^(beta/k); an estimate of zero gives the largest factor. */
+/* safety err^(-alpha/k) control_error^(beta/k); an estimate of zero gives the largest factor. */
 double kt_control_accepted(const kt_integrator *it, double error) {
     const kt_integrator_options *o = &it->options;
     if (!(error > 0.0))

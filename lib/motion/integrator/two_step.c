@@ -77,6 +77,8 @@ static kt_try_result solve_two_step(kt_integrator *it, const kt_interval *in, kt
     return kt_dirk_solve(it, in->end, h * w.slopes[0], it->fresh, result);
 }
 
+/* Factors of another gamma are discarded. A step whose length differs from the last one has no past, and is a
+ * Runge-Kutta step. */
 static kt_try_result two_step_try(kt_integrator *it, const kt_interval *in, kt_try *result) {
     const bool regular = step_is_regular(it, in->h);
     if (past_state_of(it)[HISTORY_GAMMA] != two_step_gamma_of(it, in->h))

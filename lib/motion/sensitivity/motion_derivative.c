@@ -250,6 +250,7 @@ static double make_neighbour(motion *m, const direction *d, double s) {
     return kt_integrator_time(simulation->integrator) + s * d->time;
 }
 
+/* The distance s at which the largest number of the direction shifts by `reach`; 0 for a direction without a change. */
 static double direction_distance_of(const motion *m, const direction *d) {
     double most = fmax(fabs(d->time), d->tau >= 0 ? 1.0 : 0.0);
     for (size_t i = 0; i < m->N; i++)

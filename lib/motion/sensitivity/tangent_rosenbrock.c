@@ -38,10 +38,12 @@
 
 static const kt_rosenbrock *differentiated_table_of(const kt_step_work *w) { return w->step->method->transformed; }
 
+/* g = gamma h */
 static double g_of(const kt_step_work *w) { return w->step->h * w->step->method->gamma[0]; }
 
 /* ---- the linear equations ---------------------------------------------------------------------------------------- */
 
+/* 1 - g J, for all numbers of the state. */
 static void form_whole(kt_step_work *w) {
     const size_t N = kt_state_numbers(w->model);
     memset(w->matrix, 0, N * N * sizeof *w->matrix);
@@ -50,6 +52,7 @@ static void form_whole(kt_step_work *w) {
     kt_slope_add(w, 0, w->y, -g_of(w), N, w->matrix);
 }
 
+/* 1 - g J with the rows of positions inserted, x_q = g (r_q + x_v): 1 - g F^v - g^2 F^q. */
 static void form_plain(kt_step_work *w) {
     const size_t e = kt_rate_numbers(w->model);
     const double g = g_of(w);
@@ -57,7 +60,7 @@ static void form_plain(kt_step_work *w) {
         w->matrix[l] = (l % (e + 1) == 0 ? 1.0 : 0.0) - g * (w->by_v[l] + g * w->by_q[l]);
 }
 
-/* Factors the matrix 1 / (gamma h) - J that all stages of a step share. */
+/* Factors the matrix that all stages of a step share, 1 / g - J times g. */
 static kt_status factor_shifted(kt_step_work *w, kt_error *error) {
     if (kt_is_plain(w->model))
         form_plain(w);

@@ -29,6 +29,7 @@ static bool step_is_function(const kt_method *method) {
                       kt_method_is_linear(method));
 }
 
+/* Unknowns of each implicit stage: its rates, or with quaternions its whole slope. Explicit stages have none. */
 static size_t unknowns_of(const kt_model *model, const kt_method *method) {
     if (!kt_method_is_coupled(method) && !kt_method_is_linear(method))
         return 0;

@@ -219,6 +219,8 @@ typedef struct reach {
     size_t of;       /* the event that is reported: that of the last breakpoint, else the first watched one */
 } reach;
 
+/* A search may take half of the values that are left, apart from those that a step takes in any case
+ * (KT_EVENT_EVALUATIONS_LEAST). */
 static reach begin_reach(kt_simulation *simulation) {
     const int begin = most_spent(simulation);
     reach r = {.begin = begin, .most = INT_MAX, .half = -HUGE_VAL, .of = first_watched(simulation)};

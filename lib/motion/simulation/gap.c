@@ -384,6 +384,7 @@ static void rebind_gaps(kt_simulation *simulation) {
     forget_gaps(simulation);
 }
 
+/* If parameters have changed, the stored distances are not valid. */
 static void renew_gaps(const kt_simulation *simulation) {
     kt_gaps *gaps = simulation->gaps;
     if (gaps->revision != simulation->model->revision)

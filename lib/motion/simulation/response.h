@@ -8,7 +8,7 @@
 
 /* The results. Arrays that `record` does not request may be NULL. */
 typedef struct kt_simulation_response {
-    unsigned record;       /* bits of kt_record_bits */
+    unsigned record;       /* KT_RECORD_ bits */
     double *a;             /* nv */
     kt_wrench *joint;      /* a body each */
     kt_wrench *loop;       /* a loop each */
