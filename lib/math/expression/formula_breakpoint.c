@@ -112,8 +112,7 @@ static bool changes_sign(search *s, double from, double to) {
 }
 
 /* The first time at which the signature differs from the signature at `from`. At `to` the signature differs.
- * Breakpoints are found to the last
- * bit: the branch follows from the rounded values of the formula. */
+ * Breakpoints are found to the last bit: the branch follows from the rounded values of the formula. */
 static double change_between(search *s, double from, double to) {
     const uint64_t before = signature_of(s, from);
     const double enough = s->breakpoints ? 0.0 : 1e-9 * (to - from);

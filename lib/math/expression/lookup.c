@@ -25,8 +25,8 @@
  * y' is continuous, and y'' jumps at rows.
  *
  * Two inputs, linear. In a cell of the grid, with s = x - x_i, r = y - y_j and the corners z_ij,
- *   z = z_ij + s (z_{i+1,j} - z_ij) / h + r (z_{i,j+1} - z_ij) / k + s r (z_ij - z_{i+1,j} - z_{i,j+1} + z_{i+1,j+1}) /
- * (h k).
+ *   z = z_ij + s (z_{i+1,j} - z_ij) / h + r (z_{i,j+1} - z_ij) / k
+ *       + s r (z_ij - z_{i+1,j} - z_{i,j+1} + z_{i+1,j+1}) / (h k).
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "expression/lookup.h"

@@ -13,8 +13,7 @@
  * Ratios. A value may exceed the largest number, as exp(800) in 1 / (1 + exp(100 (8 - t))). These sums then have no
  * bounds, but the ratios z_k / z_0 have. The ratios follow from the same sums over x_0, y_0 and z_0. For x + y with two
  * numbers of one sign, the ratios of the sum are means of the ratios of x and y. If the signs differ, the same means
- * have bounds as long as
- * |x| > 2 |y|. The weights of these means are then 1 / (1 + y / x) and 1 less that.
+ * have bounds as long as |x| > 2 |y|. The weights of these means are then 1 / (1 + y / x) and 1 less that.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_EXPRESSION_TAYLOR_H

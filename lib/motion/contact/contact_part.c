@@ -370,7 +370,7 @@ bool kt_contacts_free_wedged(kt_simulation *simulation, int *attempt) {
     while (c->wedged >= 0 && status != KT_OK && *attempt < HOLD + c->sides) {
         const int now = (*attempt)++;
         kt_error made = {0};
-        kt_contacts_clear_due(c);
+        kt_contacts_clear_due(c); /* the marks of the attempt before */
         c->releases = now == RELEASE;
         c->jams = now > RELEASE && now < HOLD;
         c->holds = now >= HOLD;

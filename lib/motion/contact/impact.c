@@ -19,8 +19,7 @@
  *
  * The kinetic energy changes by p . (u + u+) / 2, and by the supply of moving loops. With Poisson's rule and without
  * friction, the energy never grows, for any restitutions. Compression dissipates pC'W pC / 2. Expansion returns the
- * least y . uC
- * + y'W y / 2 of all y >= e pC, and pC is one of these y.
+ * least y . uC + y'W y / 2 of all y >= e pC, and pC is one of these y.
  *
  * Newton's rule can increase the energy if the impulse of another contact acts on a parting contact. With friction,
  * even one contact suffices (Kane 1984). Then all e are halved until the energy does not grow, which e = 0 guarantees.
@@ -214,7 +213,7 @@ static double loss_of(const kt_simulation *simulation, const double *u, const kt
 }
 
 /* Finds the impulses of the selected island, with Newton's restitutions halved until they do not raise the energy.
- * Returns whether such impulses exist. *lost: the energy that the impulses dissipate. */
+ * Returns whether such impulses exist. *lost: the energy that the impulses dissipate. limits: as in begin_impact. */
 static bool find_impulses(kt_simulation *simulation, bool limits, double *lost) {
     struct kt_contacts *c = simulation->contacts;
     const double *W = c->W, *u = c->u;

@@ -32,6 +32,7 @@ static const double near = 0.01, closed = 1e-9;
 
 KT_ARENA_LAYOUT(lay_out, kt_mask, KT_MASK_FIELDS, const kt_counts *n, size_t effects, size_t groups)
 
+/* The model in which all contacts are closed, which is the last variant; NULL if each set of contacts is compiled. */
 static const kt_model *closed_model(const kt_model *model) {
     const bool masks = model->variants != NULL && model->variants->switches.masked != 0;
     return masks ? kt_variants_model(model->variants, kt_variants_count(model->variants) - 1) : NULL;

@@ -3,8 +3,8 @@
  * A step of length h takes (q, v) to (q+, v+). Contacts have the gaps g(q) >= 0 and rates u = J v - b'. M^-1 belongs to
  * the mechanism with its other loops.
  *
- *     qm = q (+) h v / 2 the middle, at which other loops are closed v+ = v + h a(qm, vm) + M^-1 J' p a without
- * contacts; J, b' and M at qm
+ *     qm = q (+) h v / 2                   the middle, at which other loops are closed
+ *     v+ = v + h a(qm, vm) + M^-1 J' p     a without contacts; J, b' and M at qm
  *     q+ = qm (+) h v+ / 2                 then loops are closed, positions and velocities
  *
  * In the first of two passes vm is v, in the second pass (v + v+) / 2. Both solve for the impulses p. These obey
@@ -72,6 +72,8 @@ enum { ROUNDS = 6 };
 /* Bytes of a cone solver and its matrices. */
 static size_t cone_size(int items) { return kt_cone_size(items, items) + kt_cone_matrices_size(items); }
 
+/* Sizes that suffice for all variants of a model. The cone solver of a problem with friction serves, too, if there is
+ * one (has_cone). */
 static kt_moreau_sizes sizes_of_moreau(const kt_model *model, size_t n) {
     kt_moreau_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .n_contacts = kt_contacts_of(model)};
     size_t rubs = 0;
@@ -257,6 +259,7 @@ static kt_status add_works(kt_simulation *simulation, double h, const double *v,
     return status;
 }
 
+/* The step from (t, y) to `next` at `end`: the middle, two passes for v+, and q+. */
 static kt_status take_step(kt_simulation *simulation, double t, double h, double end, const double *y, double *next,
                            kt_error *error) {
     kt_moreau *m = simulation->moreau;

@@ -1,35 +1,35 @@
 /* Declarations that the files of this folder share.
  *
- *     integrator.c   an integrator in the caller's memory: options, start, dense output, checkpoints
- *     step.c         one accepted step, for any family of methods
- *     step_control.c the step size
- *     try.c          functions of every family for a tried step: slopes evaluated and checked, norms, errors
+ *     integrator.c         an integrator in the caller's memory: options, start, dense output, checkpoints
+ *     step.c               one accepted step, for any family of methods
+ *     step_control.c       the step size
+ *     try.c                functions of every family for a tried step: slopes evaluated and checked, norms, errors
  *
- *     method_list.c         the list of methods
- *     method.c       the properties of a method that its family determines
- *     method_table.c        the properties of a method that its table determines
- *     tables/        coefficients, one const struct per method
- *     order.c        rooted trees and order conditions
- *     stability.c    linear stability: growth of modes, and the longest stable step
- *     region.c       regions of stability
- *     verdict.c      A- and L-stability
+ *     method_list.c        the list of methods
+ *     method.c             the properties of a method that its family determines
+ *     method_table.c       the properties of a method that its table determines
+ *     tables/              coefficients, one const struct per method
+ *     order.c              rooted trees and order conditions
+ *     stability.c          linear stability: growth of modes, and the longest stable step
+ *     region.c             regions of stability
+ *     verdict.c            A- and L-stability
  *
- *     explicit.c     the family of explicit Runge-Kutta methods (stages.c, dense_output.c)
- *     stabilised.c   the family of Runge-Kutta-Chebyshev methods
- *     radius.c       the spectral radius, which determines the number of stages of these
+ *     explicit.c           the family of explicit Runge-Kutta methods (stages.c, dense_output.c)
+ *     stabilised.c         the family of Runge-Kutta-Chebyshev methods
+ *     radius.c             the spectral radius, which determines the number of stages of these
  *
- *     multistep.c    weights, orders and characteristic polynomials of multistep methods
- *     adams.c        the family of Adams methods, predictor and corrector
+ *     multistep.c          weights, orders and characteristic polynomials of multistep methods
+ *     adams.c              the family of Adams methods, predictor and corrector
  *
- *     dirk.c         the family of diagonally implicit Runge-Kutta methods
- *     two_step.c     the family of implicit two-step methods with a chosen spectral radius at infinity
- *     radau.c        the family of Radau IIA methods, implicit
- *     rosenbrock.c   the family of Rosenbrock methods, linearly implicit
- *     newton.c       Newton's equations of implicit methods: the Jacobian, its factors, the iteration
- *     rational.c     their stability functions
+ *     dirk.c               the family of diagonally implicit Runge-Kutta methods
+ *     two_step.c           the family of implicit two-step methods with a chosen spectral radius at infinity
+ *     radau.c              the family of Radau IIA methods, implicit
+ *     rosenbrock.c         the family of Rosenbrock methods, linearly implicit
+ *     newton.c             Newton's equations of implicit methods: the Jacobian, its factors, the iteration
+ *     rational.c           their stability functions
  *
  *     stiff_switching.c    the family of methods that are explicit until the motion is stiff, and implicit while it is
- *     leap.c         the method whose steps the caller takes
+ *     leap.c               the method whose steps the caller takes
  *
  * A family is one const struct of functions, kt_method_family. The algorithm of a family is private to one file. The
  * other files call it through the struct.

@@ -11,10 +11,10 @@
  *   - A corner of f within the step (friction that reverses, a rope that goes slack). The quotient of the differences
  *     of slopes and of states is then any number. At its limit a mode that decays shows 3.3. A mode that oscillates
  *     while it decays shows somewhat more from step to step, since q and v have one norm. Therefore a sign of stiffness
- * is KT_STIFF_LEAST < h rho < KT_STIFF_MOST.
+ *     is KT_STIFF_LEAST < h rho < KT_STIFF_MOST.
  *   - At loose tolerances, an oscillation that the steps follow. Then cos(g, d) is 0 in the mean, as over kinks. If a
- * mode decays, the cosine is -1. Therefore a sign counts 1 - KT_DECAYING (1 + cos(g, d)), and the sum is
- *     never less than 0.
+ *     mode decays, the cosine is -1. Therefore a sign counts 1 - KT_DECAYING (1 + cos(g, d)), and the sum is never less
+ *     than 0.
  *
  * The motion counts as stiff when the sum is KT_STIFF_SIGNS, and no KT_CALM_STEPS other steps have interrupted it.
  * Until a first sign is found, only every KT_WATCH_PERIOD-th step is checked. The bounds are measured on the bundled
@@ -36,8 +36,7 @@
  *
  * dopri5 is stable up to |z| = 2.4 to 3.4 for every damping above 0.05 of the critical one. At this limit, and only
  * there, the pair grows as often as it decays. An oscillation that the steps follow decays like e^z. A step counts as
- * ringing if
- * |g| > KT_RINGING_RATE |d| and KT_RINGING_LEAST < |z| < KT_RINGING_MOST, and if it decays by more than
+ * ringing if |g| > KT_RINGING_RATE |d| and KT_RINGING_LEAST < |z| < KT_RINGING_MOST, and if it decays by more than
  * KT_RINGING_DAMPING. The step then counts
  *
  *     1 + KT_RINGING_GROWTH (|R|^2 - 1) / (|R|^2 + 1),

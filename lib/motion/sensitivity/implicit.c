@@ -29,9 +29,8 @@
  *
  * - If they do not shrink, for example because a contact closes within the step, F is computed at the stages themselves
  *   in every iteration. In this form, corrections are damped, as in integrator/dirk.c. The factor is the largest lambda
- * = 1,
- *   1/2, .. that makes the next correction, with the same factors, shorter than (1 - lambda / 4) of the present
- * correction.
+ *   = 1, 1/2, .. that makes the next correction, with the same factors, shorter than (1 - lambda / 4) of the present
+ *   correction.
  *
  * Corrections are compared with rounding of the state, like those of a simulation with fixed steps
  * (integrator/newton.c).

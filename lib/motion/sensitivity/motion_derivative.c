@@ -205,7 +205,7 @@ static kt_status reject_event(const motion *m, size_t k, kt_status code, const c
         "%s", words);
 }
 
-/* Finds the event at the present time that changes the motion; event_count: there is none. */
+/* Finds the event at the present time that changes the motion; events.count: there is none. */
 static kt_status find_event(const motion *m, size_t *event, kt_error *error) {
     const kt_simulation *simulation = m->simulation;
     const size_t contacts = kt_simulation_contact_events(simulation);

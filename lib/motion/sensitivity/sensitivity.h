@@ -1,28 +1,27 @@
 /* Shared declarations of this folder. A held input is a joint force tau, or a parameter p of the model.
  *
- *     stage.c              the start of a step, and derivatives of accelerations at a stage
- *     tangent_step.c               a step as a function: stages, sum, projection
- *     step_derivatives.c   tangents of a step, column by column: A and B
- *     step_parameter.c     tangents of a step by a parameter of the model: C
- *     stage_parameter.c    the derivative of an evaluation of accelerations by a parameter
- *     parameter_derivative.c         derivatives of the equations of motion and of the loops by a parameter, by
- * differences
- *     implicit.c           the stages of implicit methods, solved
- *     implicit_changes.c   tangents and the adjoint of these stages
- *     tangent_rosenbrock.c         steps of linearly implicit methods, and their tangents
- *     step_adjoint.c       the adjoint of a step: from a gradient by the state after it to that by the state before it
- *     stage_adjoint.c      the adjoint of an evaluation of accelerations
- *     stage_loops.c        the part of loops in that adjoint
- *     rollout.c            gradients over many steps
- *     rollout_lanes.c      gradients of several motions at once
- *     revolve.c            the states of a motion that are kept while it is reversed
- *     tangent_contact.c            rejects steps in which hard contacts close or open
- *     motion_derivative.c             A and B of a simulation's motion, through its events
- *     projection.c         the derivative of the projection onto the loops
- *     projection_adjoint.c the adjoint of that projection
- *     tangent.c            quaternions: changes dp as rotations xi, and the rates of both
- *     product.c            products of small matrices, compiled for each instruction set
- *     sparse.c             products with sparse matrices, compiled for each instruction set
+ *     stage.c                 the start of a step, and derivatives of accelerations at a stage
+ *     tangent_step.c          a step as a function: stages, sum, projection
+ *     step_derivatives.c      tangents of a step, column by column: A and B
+ *     step_parameter.c        tangents of a step by a parameter of the model: C
+ *     stage_parameter.c       the derivative of an evaluation of accelerations by a parameter
+ *     parameter_derivative.c  derivatives of the equations of motion and of the loops by a parameter, by differences
+ *     implicit.c              the stages of implicit methods, solved
+ *     implicit_changes.c      tangents and the adjoint of these stages
+ *     tangent_rosenbrock.c    steps of linearly implicit methods, and their tangents
+ *     step_adjoint.c          the adjoint of a step: a gradient by the state after it becomes one by the state before
+ *     stage_adjoint.c         the adjoint of an evaluation of accelerations
+ *     stage_loops.c           the part of loops in that adjoint
+ *     rollout.c               gradients over many steps
+ *     rollout_lanes.c         gradients of several motions at once
+ *     revolve.c               the states of a motion that are kept while it is reversed
+ *     tangent_contact.c       rejects steps in which hard contacts close or open
+ *     motion_derivative.c     A and B of a simulation's motion, through its events
+ *     projection.c            the derivative of the projection onto the loops
+ *     projection_adjoint.c    the adjoint of that projection
+ *     tangent.c               quaternions: changes dp as rotations xi, and the rates of both
+ *     product.c               products of small matrices, compiled for each instruction set
+ *     sparse.c                products with sparse matrices, compiled for each instruction set
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_SENSITIVITY_SENSITIVITY_H

@@ -147,7 +147,7 @@ static kt_status solve_stage(kt_step_work *w, size_t i, kt_error *error) {
     return KT_OK;
 }
 
-/* Computes f_y at a state into block `place` of by_q and by_v (0: the block of J), and f_p. */
+/* Computes f_y at a state into a block of by_q and by_v (0: the block of J), and with `held` columns f_p. */
 static kt_status differentiate_at_state(kt_step_work *w, size_t block, double t, const double *y, const double *a,
                                         size_t held, kt_error *error) {
     kt_status status = kt_step_differentiate_at(w, t, y, a, block, held > 0, error);

@@ -203,7 +203,7 @@ static int most_spent(const kt_simulation *simulation) {
     return most;
 }
 
-/* The first event that is watched; event_count if there is none. */
+/* The first event that is watched; events.count if there is none. */
 static size_t first_watched(const kt_simulation *simulation) {
     size_t k = 0;
     while (k < simulation->events.count && !kt_event_is_watched(simulation, k))
@@ -365,7 +365,7 @@ static bool is_first_search(kt_simulation *simulation) {
     return first;
 }
 
-/* The event at which this try of the step was to end; event_count if there is none. */
+/* The event at which this try of the step was to end; events.count if there is none. */
 static size_t aim_of(const kt_simulation *simulation) {
     const double t1 = kt_integrator_time(simulation->integrator);
     size_t k = 0;

@@ -2,16 +2,16 @@
  *
  * The dense output of an explicit method needs f1 = f(t1, y1). If the inputs change at t1, as in a control loop, the
  * next step needs another f at t1, so that f1 would serve only the search for events, and rk4 would evaluate five times
- * per step. The parabola of kt_integrator_sketch needs no evaluation. The parabola deviates from the dense output by at
- * most 4/27 h |f1
- * - f1'|, which is small against the path of the step if the step resolves the motion.
+ * per step. The parabola of kt_integrator_sketch needs no evaluation. The parabola, whose slope at the end is f1',
+ * deviates from the dense output by at most 4/27 h |f1 - f1'|, which is small against the path of the step if the step
+ * resolves the motion.
  *
  * With g_0 .. g_4 the values along the parabola, an event is far if all values have the sign of the event's side, and
  *
- *     min |g_j| > FAR (max g_j - min g_j)
+ *     min |g_j| > far_ranges (max g_j - min g_j)
  *
- * Then g has no root, provided that its largest change along the motion is at most FAR times the largest change along
- * the parabola. If an event is not far, all events are searched on the dense output (event.c). The test is for fixed
+ * Then g has no root, provided that its largest change along the motion is at most far_ranges times that along the
+ * parabola. If an event is not far, all events are searched on the dense output (event.c). The test is for fixed
  * steps: a fixed step resolves the motion, while an adaptive one may be as long as a period. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"

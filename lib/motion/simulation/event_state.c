@@ -8,7 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Returns the index of the event of this name; event_count if there is none. */
+/* Returns the index of the event of this name; events.count if there is none. */
 static size_t find_event_named(const kt_simulation *simulation, const char *name) {
     size_t k = 0;
     while (k < simulation->events.count && strcmp(simulation->events.list[k].name, name) != 0)

@@ -66,8 +66,7 @@ static inline kt_status kt_simulation_date_masses(const kt_simulation *simulatio
 }
 
 /* Newton's equations of an implicit method, in second-order form (second_order_newton.c), and the sizes of their
- * arrays.
- * */
+ * arrays. */
 extern const kt_newton kt_simulation_newton;
 void kt_simulation_newton_measure(const kt_model *model, bool exact, kt_simulation_sizes *size);
 
