@@ -12,6 +12,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stdint.h>
 #include <string.h>
 
 /* The counts of the data since the last step. */
@@ -22,15 +23,23 @@ typedef struct kt_counts_of_data {
     uint32_t unconverged;
 } kt_counts_of_data;
 
-/* The parts of a copy: location, bytes. The masks come last, since one of them may be the model. One list measures,
- * copies and copies back. */
+/* The mask that is the model of a simulation (contact/model.c). If none is, this is the first mask, which is then
+ * overwritten before its next use, as all other masks are. */
+static char *mask_in_use(const kt_simulation *simulation, const kt_model *model) {
+    const size_t one = simulation->size.mask, all = KT_CONTACT_MASKS * one;
+    const size_t at = (uintptr_t)model - (uintptr_t)simulation->mask_memory;
+    return simulation->mask_memory + (at < all ? at / one * one : 0);
+}
+
+/* The parts of a copy: location, bytes. The mask comes last, because the model determines its location. One list
+ * measures, copies and copies back. */
 #define KT_UNDO_PARTS(X)                                                                                               \
     X(kt_simulation_block(simulation), kt_simulation_block_size(size))                                                 \
     X(simulation->integrator_memory, size->integrator)                                                                 \
     X(&simulation->breakpoints, sizeof(kt_breakpoints))                                                                \
     X(&counts, sizeof(kt_counts_of_data))                                                                              \
     X(&model, sizeof(const kt_model *))                                                                                \
-    X(simulation->mask_memory, KT_CONTACT_MASKS * size->mask)
+    X(mask_in_use(simulation, model), size->mask)
 
 size_t kt_simulation_undo_size(const kt_simulation_sizes *size) {
     size_t total = 0;
