@@ -15,6 +15,7 @@ has its own types: declarations that depend on the type of numbers are copied ag
 """
 # SPDX-License-Identifier: Apache-2.0
 
+import functools
 import re
 import sys
 from pathlib import Path
@@ -263,8 +264,9 @@ def definitions(item, items):
     return [i.bare() for i in items if item.defines() and i.defines() == item.defines()]
 
 
+@functools.cache
 def late_inclusions(path, text):
-    """Private headers that a source includes after a declaration."""
+    """Private headers that a source includes after a declaration. Each inclusion of a file asks again."""
     late, declared = set(), False
     if not path.endswith('.c'):
         return late
