@@ -80,9 +80,9 @@ static faults compare(const featured *f, const kt_expression *formula, double le
 }
 
 /* All searches of a run take at most the operations that a run has, of which this one has a part, and the 60 bisections
- * of one more change. A run without cut searches misses no event that samples show. */
+ * of one more change. A run without cut searches misses no event that samples show. The long tier adds formulas. */
 KT_TEST(searches_of_events_share_a_limit) {
-    enum { FORMULAS = 24, LIMIT = KT_BREAKPOINT_OPERATIONS / 4 };
+    enum { FORMULAS = KT_SHORT(8, 24), LIMIT = KT_BREAKPOINT_OPERATIONS / 4 };
     static featured f;
     kt_random random = kt_random_of_test();
     KT_WORST taken = kt_worst_make("operations over the limit"), wrong = kt_worst_make("events without a root");

@@ -317,7 +317,7 @@ KT_TEST(simulations_grow_with_the_number_of_contacts) {
         kt_note("%s: %.2f MB", name[way], 1e-6 * size[2]);
         kt_check_below("400 feet over 200", size[2] / size[1], 2.1);
         kt_check_below("growth by 200 feet, over that by 100", (size[2] - size[1]) / (size[1] - size[0]), 2.0 * 1.05);
-        kt_check_below("bytes for each of these", (size[2] - size[1]) / (MOST / 2), 16e3);
+        kt_check_below("bytes for each of these", (size[2] - size[1]) / (MOST / 2), 14e3);
     }
 }
 
@@ -348,7 +348,7 @@ KT_TEST(plate_on_many_feet_slides_as_on_three) {
  * the fall, and friction takes mu times that from the speed along the floor. */
 KT_TEST(plate_falls_on_many_feet_at_once) {
     const double mu = 0.3, v0 = 1.2, drop = 0.01, fall = sqrt(2.0 * g * drop), speed = v0 - mu * fall;
-    static const int feet[] = {16, 33, MOST};
+    static const int feet[] = {16, 33, KT_SHORT(100, MOST)}; /* the long tier has the most */
     for (int way = 0; way < 6; way++) {
         const bool stepping = way >= 3;
         kt_simulation_options options = kt_simulation_options_default();

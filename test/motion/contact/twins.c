@@ -578,7 +578,7 @@ KT_TEST(scenes_move_alike_in_a_frame_that_moves) {
     compare("dopri5", false, false, fast, 1, kt_sample(KT_SHORT(5, 300)));
 }
 KT_TEST(scenes_move_alike_in_another_order) {
-    compare("dopri5", false, false, reordered, 1, kt_sample(KT_SHORT(20, 300)));
+    compare("dopri5", false, false, reordered, 1, kt_sample(KT_SHORT(8, 300)));
 }
 KT_TEST(scenes_move_alike_at_late_times) {
     compare("rk4", true, false, late, 1, kt_sample(KT_SHORT(5, 300)));
