@@ -20,7 +20,7 @@
 #include <stdint.h>
 #include <string.h>
 
-enum { KT_LEMKE_PIVOTS = 50 /* for each unknown */, KT_LEMKE_PROXIMAL = 4 };
+enum { KT_LEMKE_PIVOTS = 50 /* for each unknown */, KT_LEMKE_PROXIMAL = 100 };
 
 /* Columns: w, z, z0, right-hand side. */
 typedef struct kt_lemke {
@@ -129,19 +129,37 @@ static inline bool kt_lemke_run(kt_lemke *t, double *z, uint64_t *pivots) {
     return false;
 }
 
+/* Whether z, the solution of the proximal problem of t->from, solves the problem itself up to rounding. In row i, the
+ * two problems differ by delta (z - z0), in scaled variables. */
+static inline bool kt_lemke_has_converged(const kt_lemke *t, const double *M, const double *q, double delta,
+                                          const double *z) {
+    double residual = 0.0, size = 0.0;
+    for (int i = 0; i < t->n; i++) {
+        double terms = fabs(q[i]);
+        for (int j = 0; j < t->n; j++)
+            terms += fabs(M[i * t->n + j] * z[j]);
+        residual = fmax(residual, delta * fabs(z[i] - t->from[i]) / t->scale[i]);
+        size = fmax(size, terms * t->scale[i]);
+    }
+    return residual <= t->n * DBL_EPSILON * size;
+}
+
 /* Writes z (n); M is n x n by rows; work has room for kt_lemke_count(n) numbers. Adds the pivots to *pivots. If M is
  * singular, rounding can leave a solvable problem without a solution. Then the proximal points z_k+1 solve the problem
- * of (M + delta) z + q - delta z_k, and converge to a solution (Rockafellar 1976). Each point reduces the error by a
- * factor of delta over the least nonzero eigenvalue. Returns false if no solution is found. Cost: O(n^2) a pivot. */
+ * of (M + delta) z + q - delta z_k, and converge to a solution (Rockafellar 1976). Most problems need two points. The
+ * least nonzero eigenvalue of M may be near delta, or below. For symmetric M, the residual in w after k points is
+ * nevertheless at most delta / k times the distance of the start from a solution (Guler, doi:10.1137/0329022). Returns
+ * false if no solution is found. Cost: O(n^2) a pivot. */
 static inline bool kt_lemke_solve(int n, const double *M, const double *q, double *work, double *z, uint64_t *pivots) {
     static const double delta = 1e-7;
     kt_lemke t = {.n = n, .basis = work, .scale = work + n, .from = work + 2 * n, .rows = work + 3 * n};
     memset(work + 2 * n, 0, (size_t)n * sizeof *work);
     kt_lemke_begin(&t, M, q, 0.0);
-    bool solved = kt_lemke_run(&t, z, pivots);
-    for (int k = 0; k < KT_LEMKE_PROXIMAL && (!solved || k > 0); k++) {
+    bool solved = kt_lemke_run(&t, z, pivots), converged = solved;
+    for (int k = 0; k < KT_LEMKE_PROXIMAL && !converged && (solved || k == 0); k++) {
         kt_lemke_begin(&t, M, q, delta);
         solved = kt_lemke_run(&t, z, pivots);
+        converged = kt_lemke_has_converged(&t, M, q, delta, z);
         memcpy(t.from, z, (size_t)n * sizeof *z);
     }
     return solved;
