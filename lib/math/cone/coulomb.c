@@ -219,15 +219,16 @@ static bool holds_opened(const kt_coulomb *c, const kt_coulomb_solver *solver, c
     return holds;
 }
 
-/* Opens contact i, from the impulses in `to` without its own. Returns whether the other contacts then hold contact i,
- * and all contacts opened before, open. */
+static void start_from_zero(const kt_coulomb *c, kt_coulomb_solver *solver) {
+    memset(solver->x, 0, 3 * (size_t)c->n * sizeof *solver->x);
+}
+
+/* Opens contact i, from the start solver->x. Returns whether the other contacts then hold contact i, and all contacts
+ * opened before, open. */
 static bool open_one(kt_coulomb *c, kt_coulomb_solver *solver, int i, kt_coulomb_solution *to, uint64_t *steps) {
     kt_coulomb_item *item = &c->item[i];
     const unsigned rejected = item->rejected;
     item->rejected = ~(1U << KT_COULOMB_OPEN);
-    kt_coulomb_copy(c, to, solver->next);
-    solver->next->p[item->row] = 0.0;
-    gather(c, solver->next->p, solver->x);
     if (solve_from(c, solver, solver->next, steps) && holds_opened(c, solver, solver->next)) {
         kt_coulomb_copy(c, solver->next, to);
         return true;
@@ -236,18 +237,43 @@ static bool open_one(kt_coulomb *c, kt_coulomb_solver *solver, int i, kt_coulomb
     return false;
 }
 
-/* Opens one contact that presses. held: only a contact whose rows depend on the rows of other contacts, which then
- * carry the load of the opened contact. Opening any other contact may change the motion. */
+/* Opens one contact that presses, from the impulses in `to` without its own. held: only a contact whose rows depend on
+ * the rows of other contacts, which then carry the load of the opened contact. Opening any other contact may change the
+ * motion. */
 static bool open_any(kt_coulomb *c, kt_coulomb_solver *solver, bool held, kt_coulomb_solution *to, uint64_t *steps) {
-    for (int i = 0; i < c->n; i++)
-        if (c->item[i].type != KT_COULOMB_DRY && kt_coulomb_is_active(to->mode[i]) &&
-            (!held || kt_coulomb_is_held(c, to, i, kt_coulomb_held_rows(c, to, i, false), false)) &&
-            open_one(c, solver, i, to, steps))
+    for (int i = 0; i < c->n; i++) {
+        if (c->item[i].type == KT_COULOMB_DRY || !kt_coulomb_is_active(to->mode[i]) ||
+            (held && !kt_coulomb_is_held(c, to, i, kt_coulomb_held_rows(c, to, i, false), false)))
+            continue;
+        kt_coulomb_copy(c, to, solver->next);
+        solver->next->p[c->item[i].row] = 0.0;
+        gather(c, solver->next->p, solver->x);
+        if (open_one(c, solver, i, to, steps))
             return true;
+    }
     return false;
 }
 
 /* ---- independent rows ------------------------------------------------------------------------------------------- */
+
+/* Opens contacts whose rows depend on those of other contacts, in their order, whether or not they press. The contacts
+ * that press in the first solution depend on its path, and thereby on rounding. A wheel whose bearing may slip is not
+ * opened. */
+static void open_dependent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
+    kt_coulomb_solution *closed = solver->next;
+    for (int i = 0; i < c->n; i++) {
+        for (int k = 0; k < c->n; k++)
+            closed->mode[k] = c->item[k].type == KT_COULOMB_DRY       ? KT_COULOMB_SLIP
+                              : kt_coulomb_is_open_alone(&c->item[k]) ? KT_COULOMB_OPEN
+                                                                      : KT_COULOMB_STICK;
+        const bool sticks = c->item[i].type == KT_COULOMB_CONE && to->mode[i] == KT_COULOMB_STICK;
+        if (c->item[i].type != KT_COULOMB_DRY && !kt_coulomb_is_open_alone(&c->item[i]) && kt_coulomb_fits(c, closed) &&
+            kt_coulomb_is_held(c, closed, i, sticks ? 3 : 1, false)) {
+            start_from_zero(c, solver);
+            (void)open_one(c, solver, i, to, steps);
+        }
+    }
+}
 
 /* Opens contacts until the normal rows of pressing contacts are independent. An open contact exerts no tangential
  * force. Therefore, if all contacts can stick, a contact whose tangential rows are independent, such as a driven wheel
@@ -256,6 +282,7 @@ static bool make_independent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
     bool found = true;
     for (int i = 0; i < c->n; i++)
         solver->rejected[i] = c->item[i].rejected;
+    open_dependent(c, solver, to, steps);
     while (found && !kt_coulomb_is_unique(c, to)) {
         found = kt_coulomb_fits(c, to) && open_any(c, solver, true, to, steps);
         if (!found) {
@@ -352,7 +379,7 @@ static bool solve_by_growing_friction(kt_coulomb *c, kt_coulomb_solver *solver, 
                                       uint64_t *steps) {
     enum { PARTS = 8 };
     bool found = true;
-    memset(solver->x, 0, 3 * (size_t)c->n * sizeof *solver->x);
+    start_from_zero(c, solver);
     for (int i = 0; i < c->n; i++)
         solver->friction[i] = c->item[i].friction;
     for (int k = 1; found && k <= PARTS; k++) {
@@ -367,11 +394,17 @@ static bool solve_by_growing_friction(kt_coulomb *c, kt_coulomb_solver *solver, 
 
 /* Many corners of a body may have no solution up to rounding that the cone solver finds. */
 static bool solve_loosely(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
-    memset(solver->x, 0, 3 * (size_t)c->n * sizeof *solver->x);
+    start_from_zero(c, solver);
     solver->is_loose = true;
     const bool found = solve_from(c, solver, to, steps);
     solver->is_loose = false;
     return found;
+}
+
+/* Opens contacts of a problem whose contacts depend on each other, without a solution of all contacts. */
+static bool solve_without_some(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
+    stick_all(c, to);
+    return !kt_coulomb_is_unique(c, to) && make_independent(c, solver, to, steps);
 }
 
 /* Solves the problem in the order of its items. The items do not rest. */
@@ -382,12 +415,12 @@ static bool solve_moving(kt_coulomb *c, kt_coulomb_solver *solver, bool independ
     gather(c, solution->p, solver->x);
     bool found = !any_is_rejected(c) && kt_coulomb_is_unique(c, solution) && kt_coulomb_holds(c, solution);
     found = found || solve_from(c, solver, solution, steps);
-    memset(solver->x, 0, 3 * (size_t)c->n * sizeof *solver->x);
+    start_from_zero(c, solver);
     const bool again = solve_from(c, solver, other, steps);
     if (!found && again)
         kt_coulomb_copy(c, other, solution);
     if (!found && !again && !(solver->grows && solve_by_growing_friction(c, solver, solution, steps)) &&
-        !solve_loosely(c, solver, solution, steps))
+        !(independent && solve_without_some(c, solver, solution, steps)) && !solve_loosely(c, solver, solution, steps))
         return false;
     solution->count = found && again && differs(c, solution, other) ? 2 : 1;
     if (solution->count > 1)
@@ -454,7 +487,7 @@ static bool change_modes(const kt_coulomb *c, kt_coulomb_solution *to) {
 
 bool kt_coulomb_solve_modes(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to) {
     uint64_t steps = 0;
-    memset(solver->x, 0, 3 * (size_t)c->n * sizeof *solver->x);
+    start_from_zero(c, solver);
     solver->is_loose = false;
     return solve_from(c, solver, to, &steps) && kt_coulomb_iterate(c, to);
 }

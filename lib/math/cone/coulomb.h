@@ -164,6 +164,12 @@ static inline double kt_coulomb_entry(const kt_coulomb *c, int row, int column) 
                         : c->entry(c->user, c->line[row], c->line[column]);
 }
 
+/* W_ij / sqrt(W_ii W_jj) */
+static inline double kt_coulomb_coupling(const kt_coulomb *c, int i, int j) {
+    const double size = sqrt(kt_coulomb_entry(c, i, i) * kt_coulomb_entry(c, j, j));
+    return size > 0.0 ? kt_coulomb_entry(c, i, j) / size : 0.0;
+}
+
 /* A row of W if it is stored, and a number in this row. */
 static inline const double *kt_coulomb_row(const kt_coulomb *c, int row) {
     return c->W != NULL ? c->W + c->line[row] * c->stride : NULL;
@@ -202,8 +208,7 @@ bool kt_coulomb_slips(const kt_coulomb *c, const kt_coulomb_solution *to, int i)
 bool kt_coulomb_fits(const kt_coulomb *c, const kt_coulomb_solution *to);
 /* The rates of all rows without b: W p. */
 void kt_coulomb_find_rates(const kt_coulomb *c, const double *p, double *rate);
-/* Whether the closed items have room, and the normal rows of closed contacts are independent: W of these has a Cholesky
- * factor. */
+/* Whether the closed items have room, and the normal rows of closed contacts are independent. */
 bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to);
 /* The number of rows that an item holds. The number is 0 for an open item and for dry friction that slips. A cone that
  * sticks holds its normal row and two tangential ones. With `slip`, a slipping cone counts like a sticking one. */

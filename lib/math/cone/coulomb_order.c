@@ -8,12 +8,6 @@
 #include <math.h>
 #include <string.h>
 
-/* W_ij / sqrt(W_ii W_jj) */
-static double coupling_of(const kt_coulomb *c, int i, int j) {
-    const double size = sqrt(kt_coulomb_entry(c, i, i) * kt_coulomb_entry(c, j, j));
-    return size > 0.0 ? kt_coulomb_entry(c, i, j) / size : 0.0;
-}
-
 /* A number that depends neither on units nor on the order of the items. The couplings of the normal row with tangential
  * rows differ at each place of a plane. The weights are arbitrary: they only have to tell different items apart. */
 static double rank_of_item(const kt_coulomb *c, int i) {
@@ -21,9 +15,9 @@ static double rank_of_item(const kt_coulomb *c, int i) {
     const kt_coulomb_item *item = &c->item[i];
     double rank = item->type == KT_COULOMB_DRY ? 1.0 : by_friction * item->friction;
     for (int k = 0; k < c->n; k++)
-        rank += among * coupling_of(c, item->row, c->item[k].row) / c->n;
+        rank += among * kt_coulomb_coupling(c, item->row, c->item[k].row) / c->n;
     for (int k = 0; k < 2 && (item->type == KT_COULOMB_CONE || item->type == KT_COULOMB_SLIPS); k++)
-        rank += along[k] * coupling_of(c, item->row, item->across + k);
+        rank += along[k] * kt_coulomb_coupling(c, item->row, item->across + k);
     return rank;
 }
 

@@ -382,8 +382,10 @@ static void solve_system(const kt_coulomb *c, kt_coulomb_system *s) {
         reduce_to_least(c, s, rank);
 }
 
+/* The largest remainder of a row is the next pivot. Without this order, rounding of feet that are nearly in line would
+ * hide that a further foot depends on them. */
 bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to) {
-    double *factor = c->system->A;
+    double *left = c->system->A;
     int n = 0;
     if (!kt_coulomb_fits(c, to))
         return false;
@@ -391,14 +393,23 @@ bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to) {
         if (c->item[i].type != KT_COULOMB_DRY && kt_coulomb_is_active(to->mode[i]))
             c->active[n++] = c->item[i].row;
     for (int i = 0; i < n; i++)
-        for (int j = 0; j <= i; j++) {
-            double *L = kt_coulomb_matrix_row(factor, i, n), sum = kt_coulomb_entry(c, c->active[i], c->active[j]);
-            for (int k = 0; k < j; k++)
-                sum -= L[k] * kt_coulomb_matrix_row(factor, j, n)[k];
-            if (i == j && !(sum > 1e-11 * kt_coulomb_entry(c, c->active[i], c->active[i])))
-                return false;
-            L[j] = i == j ? sqrt(sum) : sum / kt_coulomb_matrix_row(factor, j, n)[j];
+        for (int j = 0; j < n; j++)
+            kt_coulomb_matrix_row(left, i, n)[j] = kt_coulomb_coupling(c, c->active[i], c->active[j]);
+    for (int rank = 0; rank < n; rank++) {
+        int r = 0;
+        for (int i = 0; i < n; i++)
+            r = left[i * n + i] > left[r * n + r] ? i : r;
+        const double *row = kt_coulomb_matrix_row(left, r, n), pivot = row[r];
+        if (!(pivot > 1e-11))
+            return false;
+        for (int i = 0; i < n; i++) {
+            double *other = kt_coulomb_matrix_row(left, i, n);
+            const double factor = other[r] / pivot;
+            for (int j = 0; i != r && j < n; j++)
+                other[j] -= factor * row[j];
         }
+        left[r * n + r] = 0.0;
+    }
     return true;
 }
 

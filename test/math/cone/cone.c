@@ -495,7 +495,7 @@ KT_TEST(feet_that_slip_move_alike_in_any_order) {
     room r = room_make();
     KT_WORST apart = kt_worst_make("accelerations"), inward = kt_worst_make("accelerations into the floor");
     problem *p = malloc(sizeof *p);
-    for (int k = 0; k < 400 && p != NULL; k++) {
+    for (int k = 0; k < 4000 && p != NULL; k++) {
         const int n = k % 2 ? 4 : kt_random_int(&random, 4, ITEMS);
         bool slips[ITEMS];
         double e[ITEMS][2], u[3 * ITEMS];
