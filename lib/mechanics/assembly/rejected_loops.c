@@ -47,7 +47,7 @@ kt_status kt_loops_explain(const kt_model *model, kt_data *data, double t, const
     for (int at_rest = v == NULL; at_rest < 2 && loop < 0; at_rest++) { /* positions are closed at rest */
         const double *rates = at_rest ? model->zero : v;
         kt_error ignored;
-        if (kt_links_update(model, data, q, rates, NULL, false, NULL, &ignored) != KT_OK)
+        if (kt_motion_update(model, data, q, rates, NULL, &ignored) != KT_OK)
             return status;
         KT_BY_ISA(model->isa, loop =, kt_loop_rejecting, (model, data, t, rates, &code));
     }

@@ -193,7 +193,13 @@ kt_status kt_commit(const kt_model *model, const kt_input *input, const double *
 KT_CHECKED kt_status kt_links_update(const kt_model *model, kt_data *data, const double *q, const double *v,
                                      const double *a, bool posed, kt_link_kinematics *links, kt_error *error);
 
-/* Does the same without accelerations, and without checking that the numbers are finite. */
+/* Computes the motion of links at (q, v, a) into data->motion alone. v and a may be NULL (zero). */
+KT_CHECKED static inline kt_status kt_motion_update(const kt_model *model, kt_data *data, const double *q,
+                                                    const double *v, const double *a, kt_error *error) {
+    return kt_links_update(model, data, q, v, a, false, NULL, error);
+}
+
+/* As kt_links_update without accelerations, and without checking that the numbers are finite. */
 void kt_links_sweep(const kt_model *model, kt_data *data, const double *q, const double *v, kt_link_kinematics *links);
 
 /* Memory for kinematics other than those of the last kt_kinematics_update. This is the memory of the links' motion,

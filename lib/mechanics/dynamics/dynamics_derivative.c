@@ -38,7 +38,7 @@ kt_status kt_inverse_derivatives_fill(const kt_model *model, kt_data *data, void
     (void)place_arrays(w, memory, &model->n);
     kt_status status = external || planar ? kt_input_check(model, &input, error) : KT_OK;
     if (status == KT_OK && !planar)
-        status = kt_links_update(model, data, at->q, at->v, input.x, false, NULL, error);
+        status = kt_motion_update(model, data, at->q, at->v, input.x, error);
     if (status != KT_OK)
         return status;
     if (planar) {
@@ -84,7 +84,7 @@ kt_status kt_forward_derivatives_fill(const kt_model *model, kt_data *data, void
         status = kt_dynamics_forward(model, data, at->q, at->v, at->tau, at->external, w.a, error);
     const bool kept = model->sweep == KT_SWEEP_SPATIAL; /* by forward dynamics, in data->motion */
     if (status == KT_OK && !kept)
-        status = kt_links_update(model, data, at->q, at->v, w.a, false, NULL, error);
+        status = kt_motion_update(model, data, at->q, at->v, w.a, error);
     if (status != KT_OK)
         return status;
     KT_BY_ISA(model->isa, , kt_derivative_terms,

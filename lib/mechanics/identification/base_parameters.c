@@ -100,6 +100,8 @@ static void rotate_rows(double *pivot, double *row, size_t columns, size_t j) {
     }
 }
 
+/* Rotates the rows of regressors at random states into the triangle R. 2 columns / nv + 4 states have more than twice
+ * as many rows as there are columns. */
 static kt_status collect_regressors(const kt_model *model, kt_data *data, size_t columns, base_work *w,
                                     kt_error *error) {
     const size_t nv = model->n.v, states = nv > 0 ? 2 * columns / nv + 4 : 0;
@@ -219,6 +221,7 @@ typedef struct words {
     int length;
 } words;
 
+/* Appends "+ 0.25 m(lower)". The first term has no sign and no factor, and a factor of 1 is not written. */
 static void add_combination_term(words *to, const kt_model *model, int column, double coefficient) {
     static const char *const symbols[] = {"m",   "mcx", "mcy", "mcz",      "Ixx",     "Iyy",    "Izz",
                                           "Ixy", "Ixz", "Iyz", "armature", "viscous", "Coulomb"};

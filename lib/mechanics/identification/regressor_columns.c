@@ -58,12 +58,13 @@ static double largest_motion(const kt_model *model, const kt_data *data) {
     return most;
 }
 
+/* kt_regressor_bodies subtracts gravity from the accelerations, so that Y pi = tau (kt_dynamics_inverse). */
 kt_status kt_regressor_evaluate(const kt_model *model, kt_data *data, const double *q, const double *v, const double *a,
                                 double *regressor, kt_error *error) {
     if (KT_IS_OTHER_DATA(error, model, data) || KT_IS_MISSING(error, q || !model->n.q, regressor || !model->n.v))
         return KT_ERROR_ARGUMENT;
     const size_t nv = model->n.v;
-    const kt_status status = kt_links_update(model, data, q, v, a, false, NULL, error);
+    const kt_status status = kt_motion_update(model, data, q, v, a, error);
     if (status != KT_OK)
         return status;
     if (!(largest_motion(model, data) <= KT_MOTION_MOST))

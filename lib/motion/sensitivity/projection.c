@@ -164,7 +164,7 @@ static kt_status differentiate_projected(kt_projection_work *w, const double *q,
     if (metric == KT_METRIC_MASS)
         status = differentiate_momentum(w, q, error);
     if (status == KT_OK && kt_loop_gradient_reads_space(w->model))
-        status = kt_links_update(w->model, w->data, q, NULL, NULL, false, NULL, error);
+        status = kt_motion_update(w->model, w->data, q, NULL, NULL, error);
     if (status == KT_OK)
         status = find_projection_multipliers(w, metric == KT_METRIC_MASS ? w->by_x : w->x, error);
     if (status != KT_OK)

@@ -35,7 +35,7 @@ kt_status kt_stage_respond(kt_step_work *w, double t, const double *q, const dou
 
 kt_status kt_sweep_pose(const kt_model *model, kt_data *data, const double *q, kt_error *error) {
     return model->sweep == KT_SWEEP_PLANAR && kt_loop_gradient_reads_space(model)
-               ? kt_links_update(model, data, q, NULL, NULL, false, NULL, error)
+               ? kt_motion_update(model, data, q, NULL, NULL, error)
                : KT_OK;
 }
 

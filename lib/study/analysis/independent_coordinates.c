@@ -227,7 +227,7 @@ static kt_status fill_equations(kt_linearization *l, kt_error *error) {
     const kt_model *model = l->model;
     kt_status status = kt_loop_equations(model, l->data, l->t, l->q0, l->v0, l->equation, NULL, NULL, NULL, error);
     if (status == KT_OK)
-        status = kt_links_update(model, l->data, l->q0, l->v0, NULL, false, NULL, error);
+        status = kt_motion_update(model, l->data, l->q0, l->v0, NULL, error);
     if (status != KT_OK)
         return status;
     const kt_dual_motion at = {.model = model,
