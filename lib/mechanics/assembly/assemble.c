@@ -4,8 +4,11 @@
  * closed first (levenberg_marquardt.c). The search then follows the manifold. The tangential part of d, (1 - A+ A) d,
  * can still be reduced. If it vanishes, d is normal to the manifold. The step is d_new - d, where d_new is the least
  * solution of
- *   A d_new = A d - phi If phi = 0, the step is minus the tangential part. Steps are scaled after Barzilai & Borwein
- *   (1988) and shortened until |d| falls. Fixed coordinates have no column in A.
+ *
+ *   A d_new = A d - phi
+ *
+ * If phi = 0, the step is minus the tangential part. Steps are scaled after Barzilai & Borwein (1988) and shortened
+ * until |d| falls. Fixed coordinates have no column in A.
  *
  * The velocity equations are linear: dv is the least solution of A dv = b' - A v.
  *
@@ -204,7 +207,8 @@ static bool line_search(const approach *a, double part) {
     return false;
 }
 
-/* The largest entry of the step, relative to its unit; of all coordinates, or of those with a nonlinear equation. */
+/* The largest entry of the step, relative to its unit; of all coordinates, or only of those with a nonlinear equation
+ * (`of_nonlinear`). */
 static double assembly_step_length(const approach *a, bool of_nonlinear) {
     double most = 0.0;
     for (size_t i = 0; i < a->model->n.group_v; i++) {
@@ -287,6 +291,9 @@ static bool loses_direction(free_directions from, free_directions to) {
     return to.rank < from.rank || to.least < part * from.least;
 }
 
+/* Closes the loops, and moves q to the nearest closed state to `given`. If the weights of coordinates that are not
+ * given lead next to a singular position, the search begins again with equal weights. Gaps that remain within the
+ * digits of the data are closed by moving given coordinates, and at last held ones, in their last digits. */
 static kt_status assemble_positions(const kt_model *model, kt_data *data, double t, const double *given, double *q,
                                     kt_error *error) {
     bool *fixed = data->fixed;
@@ -327,7 +334,7 @@ static kt_status assemble_positions(const kt_model *model, kt_data *data, double
     return kt_open_loops_error(model, data, t,
                                "the loops cannot be closed from the given positions (they are out of reach, contradict "
                                "each other, or held joints prevent it); these stay open",
-                               false, error);
+                               KT_OPEN_POSITIONS, error);
 }
 
 /* ---- velocities -------------------------------------------------------------------------------------------------- */
@@ -401,6 +408,8 @@ static bool move_around_given(velocity_aim *aim, bool *fixed, double *weight) {
     return true;
 }
 
+/* Makes v satisfy the velocity equations at q. Given velocities change only if the others cannot satisfy the equations,
+ * and held velocities only within the model's tolerance. */
 static kt_status assemble_velocities(const kt_model *model, kt_data *data, double t, const double *q, double *v,
                                      kt_error *error) {
     kt_violation violation;
@@ -426,7 +435,7 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
     return kt_open_loops_error(model, data, t,
                                "the initial velocities contradict the loops; hold fewer joints, or make loops agree; "
                                "apart are",
-                               true, error);
+                               KT_OPEN_VELOCITIES, error);
 }
 
 kt_status kt_loops_assemble(const kt_model *model, kt_data *data, double t, const double *given, double *q, double *v,

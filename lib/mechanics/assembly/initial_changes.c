@@ -44,6 +44,7 @@ static void update_largest_change(kt_initial_change *part, double change, double
     part->relative = fabs(change) / unit;
 }
 
+/* Adds the changes of the given coordinates of one link to those of its joint. A quaternion counts as one angle. */
 static void add_link_changes(const kt_model *model, const kt_link *link, const double *q, const double *v, double speed,
                              parts *p) {
     const int plain = kt_motion_facts_of(link->motion).plain;

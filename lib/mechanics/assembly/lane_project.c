@@ -39,7 +39,8 @@ static void move_lane_positions(const kt_model *model, kt_condition here, const 
     }
 }
 
-/* Returns the states whose positions are closed. */
+/* Newton steps on the positions, until each state's gap is within KT_CLOSED, or stops halving among rounding errors.
+ * Returns the states whose positions are closed. `right` is then -(A v + phi_t) of the final positions. */
 static kt_condition close_lane_positions(const kt_model *model, kt_data *data, kt_condition states,
                                          const kt_lanes_at *at, kt_real1 *q, kt_violation *violation) {
     kt_condition sound = states, open = states;
@@ -62,7 +63,9 @@ static kt_condition close_lane_positions(const kt_model *model, kt_data *data, k
     return kt_condition_false();
 }
 
-/* Returns the states whose velocities fit. The violation of a state that is not moved on is unchanged. */
+/* Moves velocities onto A v + phi_t = 0 while each step halves the slip. Requires `right` of these v, as
+ * kt_groups_residuals stores it. Returns the states in which no step failed; kt_project then tests whether they fit.
+ * The violation of a state that is not moved on is unchanged. */
 static kt_condition close_lane_velocities(const kt_model *model, kt_data *data, kt_condition states, kt_real1 *v,
                                           kt_violation *violation) {
     const kt_condition open = states & ~(violation->slip <= KT_CLOSED * violation->speed);

@@ -9,16 +9,16 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The gap of one loop as last filled: its largest residual, or if `moving` its largest `right`; relative to its scale
- * in *relative. */
-static double loop_gap_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop, bool moving,
-                          double *relative) {
+/* The gap of one loop as last filled: its largest residual, or for velocities its largest `right`; relative to its
+ * scale in *relative. */
+static double loop_gap_of(const kt_model *model, const kt_data *data, const kt_loop_record *loop,
+                          kt_open_equations violated, double *relative) {
     const kt_group_work w = kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL);
     double largest = 0.0;
     *relative = 0.0;
     for (int r = 0; r < loop->row_count; r++) {
         const int32_t k = model->slot[loop->slot + r];
-        const double x = k < 0 ? 0.0 : fabs(moving ? w.right[k] : w.residual[k]);
+        const double x = k < 0 ? 0.0 : fabs(violated == KT_OPEN_VELOCITIES ? w.right[k] : w.residual[k]);
         if (k < 0 || !(x / w.scale[k] > *relative))
             continue;
         *relative = x / w.scale[k];
@@ -33,6 +33,8 @@ typedef struct gap_text {
     char text[64];
 } gap_text;
 
+/* The gaps of a loop's positions, in its units. A residual of rotation is 4 tan(theta / 4) for the angle theta, but
+ * that of a relation is the angle itself. Sums of angles and lengths (couplings) have no unit. */
 static gap_text describe_gap(const kt_model *model, const kt_data *data, int index) {
     const kt_loop_record *loop = &model->loop[index];
     const kt_group_work w = kt_group_matrices(model, data, (size_t)loop->group, KT_ROWS_ALL);
@@ -59,13 +61,13 @@ static gap_text describe_gap(const kt_model *model, const kt_data *data, int ind
 
 /* The loop with the largest gap below `below`, or with an equal gap and a larger index than `after`. Loops that are
  * closed to the last bit are included, so that a first loop always exists. */
-static int next_worst(const kt_model *model, const kt_data *data, bool moving, double below, int after) {
+static int next_worst(const kt_model *model, const kt_data *data, kt_open_equations violated, double below, int after) {
     int worst = -1;
     double most = -1.0, relative;
     for (int i = 0; i < (int)model->n.loop; i++) {
         if (kt_loop_is_off(&model->loop[i]))
             continue;
-        (void)loop_gap_of(model, data, &model->loop[i], moving, &relative);
+        (void)loop_gap_of(model, data, &model->loop[i], violated, &relative);
         if ((relative < below || (relative == below && i > after)) && relative > most) {
             most = relative;
             worst = i;
@@ -94,8 +96,8 @@ void kt_velocity_gaps_least_squares(const kt_model *model, kt_data *data) {
     }
 }
 
-kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, const char *what, bool moving,
-                              kt_error *error) {
+kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, const char *what,
+                              kt_open_equations violated, kt_error *error) {
     enum { NAMED = 4, NAME_MOST = 40 };
     char text[NAMED * (NAME_MOST + 80)] = "";
     size_t used = 0;
@@ -103,10 +105,10 @@ kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, co
     int worst = -1;
     bool others = false;
     for (int n = 0; n <= NAMED; n++) { /* in order, the worst first */
-        worst = next_worst(model, data, moving, relative, worst);
+        worst = next_worst(model, data, violated, relative, worst);
         if (worst < 0)
             break;
-        const double gap = loop_gap_of(model, data, &model->loop[worst], moving, &relative);
+        const double gap = loop_gap_of(model, data, &model->loop[worst], violated, &relative);
         if (n > 0 && relative <= 1e-3 * most) /* closed except for the effect of the open ones */
             break;
         if (n == NAMED) {
@@ -117,12 +119,13 @@ kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, co
         int length = snprintf(text + used, sizeof text - used, "%s'%.*s' by ", n ? ", " : "", NAME_MOST,
                               model->text + model->loop[worst].name);
         used += length > 0 ? (size_t)length : 0;
-        length = moving ? snprintf(text + used, sizeof text - used, "%.3g", gap)
-                        : snprintf(text + used, sizeof text - used, "%s", describe_gap(model, data, worst).text);
+        length = violated == KT_OPEN_VELOCITIES
+                     ? snprintf(text + used, sizeof text - used, "%.3g", gap)
+                     : snprintf(text + used, sizeof text - used, "%s", describe_gap(model, data, worst).text);
         used += length > 0 ? (size_t)length : 0;
     }
     return kt_error_set(error, KT_ERROR_CONSTRAINT, kt_where_format("t = %.9g s", t).text, "%s: %s%s%s", what, text,
-                        moving ? " (m/s or rad/s)" : "", others ? " and others" : "");
+                        violated == KT_OPEN_VELOCITIES ? " (m/s or rad/s)" : "", others ? " and others" : "");
 }
 
 kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const double *q, double tolerance,
@@ -131,5 +134,5 @@ kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const d
     const double gap = kt_assemble_levenberg_marquardt(model, data, t, NULL, KT_SEARCH_GIVEN, data->assembled_q);
     if (kt_loops_are_closed(model, data->assembled_q, gap, tolerance))
         return KT_OK;
-    return kt_open_loops_error(model, data, t, what, false, error);
+    return kt_open_loops_error(model, data, t, what, KT_OPEN_POSITIONS, error);
 }

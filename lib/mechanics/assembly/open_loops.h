@@ -14,9 +14,12 @@ kt_status kt_loops_reach(const kt_model *model, kt_data *data, double t, const d
  * factored equations would assign the whole violation to one equation. */
 void kt_velocity_gaps_least_squares(const kt_model *model, kt_data *data);
 
-/* Returns KT_ERROR_CONSTRAINT with the loops that are open by more than `tolerance` as last filled, worst first, and
- * their gaps. If `moving`, it lists the loops whose velocity equations are violated according to `right`. */
-kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, const char *what, bool moving,
-                              kt_error *error);
+/* The equations of which a message gives the violations: those of positions (residuals), or of velocities (`right`). */
+typedef enum kt_open_equations { KT_OPEN_POSITIONS, KT_OPEN_VELOCITIES } kt_open_equations;
+
+/* Returns KT_ERROR_CONSTRAINT with the loops that violate these equations as last filled, worst first, and their gaps.
+ * `what` precedes the names of the loops. */
+kt_status kt_open_loops_error(const kt_model *model, kt_data *data, double t, const char *what,
+                              kt_open_equations violated, kt_error *error);
 
 #endif

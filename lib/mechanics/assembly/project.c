@@ -107,7 +107,7 @@ static kt_closure close_positions(const kt_model *model, kt_data *data, double t
 }
 
 /* Removing a velocity leaves a rounding error of its original size, not of the small remainder. The tolerance therefore
- * refers to the given speeds throughout. */
+ * refers to the given speeds throughout. `regular`: directions that are about to be lost are left out (kernel.h). */
 static kt_closure project_velocities(const kt_model *model, kt_data *data, bool regular, double *v, bool *changed,
                                      kt_violation *violation) {
     const kt_reduction_kernels *kernels = model->group_kernels;
@@ -225,22 +225,24 @@ static kt_status reject_open(const kt_model *model, kt_data *data, double t, con
             ? "these loops repeat others but for the rounding of data, and where they fold nothing closes all of them "
               "(give more digits, or leave one out); open are"
             : "the loops are too far open to be closed again in one step (smaller steps may help); these stay open",
-        false, error);
+        KT_OPEN_POSITIONS, error);
 }
 
+/* The error of a projection that ended with `closure`. If the positions are closed, an open loop is one whose
+ * velocities do not fit. */
 static kt_status reject_open_loops(const kt_model *model, kt_data *data, double t, kt_closure closure,
-                                   const kt_input *input, bool moving, kt_error *error) {
-    if (closure == KT_CLOSURE_OPEN && !moving)
+                                   const kt_input *input, bool positions_are_closed, kt_error *error) {
+    if (closure == KT_CLOSURE_OPEN && !positions_are_closed)
         return reject_open(model, data, t, input->q, error);
     if (closure == KT_CLOSURE_DEAD)
         return kt_open_loops_error(model, data, t,
                                    "a dead point, where the loops cannot move as they are driven: no velocity follows",
-                                   true, error);
+                                   KT_OPEN_VELOCITIES, error);
     if (closure == KT_CLOSURE_OPEN) {
         kt_velocity_gaps_least_squares(model, data);
         return kt_open_loops_error(model, data, t,
                                    "the velocities cannot be brought to fit the loops, which contradict each other at",
-                                   true, error);
+                                   KT_OPEN_VELOCITIES, error);
     }
     if (closure == KT_CLOSURE_SINGULAR)
         return kt_inertia_reject_motion(model, kt_where_format("t = %.9g s", t).text, error);

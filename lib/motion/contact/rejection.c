@@ -102,7 +102,7 @@ static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) 
                    "stop this motion; end the motion earlier, apply it through a spring (joint_spring), or use an "
                    "elastic stop or contact (stiffness). These loops contradict each other",
                    speed * c->item[fastest].unit);
-    (void)kt_open_loops_error(closed, simulation->data, t, what, true, &found);
+    (void)kt_open_loops_error(closed, simulation->data, t, what, KT_OPEN_VELOCITIES, &found);
     (void)kt_error_set(error, KT_ERROR_CONSTRAINT, name_contact(simulation, fastest, t).text, "%s", found.message);
     return true;
 }
