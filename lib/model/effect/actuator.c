@@ -71,7 +71,7 @@ static void put_coordinate(const kt_actuator *a, int index, int k, double factor
         kt_formula_put(to, is_rate ? "v" : "p");
 }
 
-/* "2 + -5*p + -1*v" of c0 + c1 L + c2 L'. */
+/* "2 + -5*p + -1*v" of c0 + c1 L + c2 L'. In a joint L = sum of coefficient * position of the actuator's terms. */
 static void put_affine(const kt_effect *e, int index, const double c[3], kt_formula_text *to) {
     const kt_actuator *a = &e->actuators[index];
     const bool is_path = e->end_count == 2, is_constant = c[0] != 0.0 || (c[1] == 0.0 && c[2] == 0.0);
@@ -89,7 +89,7 @@ static void put_affine(const kt_effect *e, int index, const double c[3], kt_form
     }
 }
 
-/* Writes the force of a muscle, by its activation or its stretch. */
+/* Writes the active force of a muscle for an activation of 1, or its passive force. */
 static void put_muscle(const kt_effect *e, int index, bool is_active, kt_formula_text *to) {
     const kt_actuator *a = &e->actuators[index];
     const kt_muscle *muscle = is_active ? a->active : a->passive;
@@ -104,6 +104,7 @@ static void put_muscle(const kt_effect *e, int index, bool is_active, kt_formula
         kt_formula_put_passive(muscle, length.text, to);
 }
 
+/* The control u within its bounds, at which it is held. */
 static double held_control(const kt_actuator *a) { return kt_clamp(a->control, a->control_lower, a->control_upper); }
 
 /* The coefficients of a constant, of L and of L', in the part of f without w. */
@@ -113,6 +114,7 @@ static void write_bias(const kt_actuator *a, double c[3]) {
         c[i] = ((a->active == NULL ? a->gain[i] * u : 0.0) + a->bias[i]) * (i > 0 ? a->gear : 1.0);
 }
 
+/* Writes w: the activation clamped to its bounds, the control before its delay, or the constant control. */
 static void put_variable(const kt_actuator *a, int index, kt_formula_text *to) {
     if (a->activation != NULL) {
         put_bounded(to, a->activation_lower, a->activation_upper, true);
@@ -127,6 +129,8 @@ static void put_variable(const kt_actuator *a, int index, kt_formula_text *to) {
     }
 }
 
+/* Writes f of an actuator without its bounds: the affine part without w, the passive force of a muscle, and w times the
+ * gain or the active force. */
 static void put_force(const kt_effect *e, int index, kt_formula_text *to) {
     const kt_actuator *a = &e->actuators[index];
     const bool is_driven = kt_actuator_is_driven(a) || a->active != NULL;
@@ -278,7 +282,7 @@ static bool put_component(const kt_effect *e, int k, kt_formula_text *to) {
 static bool is_any(const double k[3]) { return k[0] != 0.0 || k[1] != 0.0 || k[2] != 0.0; }
 static bool is_linear(const double k[3]) { return k[1] == 0.0 && k[2] == 0.0; }
 
-/* A force in a joint: -factor x (k0 + k1 x + k2 x^2), or with |x| in place of the second x. */
+/* A force in a joint: -factor x (k0 + k1 x + k2 x^2), or odd in x with k1 |x|. */
 static void put_in_joint(double factor, const double k[3], const char *x, bool is_odd, kt_formula_text *to) {
     kt_formula_print(to, "%g*%s*(%g + %g*%s%s + %g*%s^2)", -factor, x, k[0], k[1], is_odd ? "abs" : "", x, k[2], x);
 }
@@ -296,6 +300,7 @@ static void put_joint_stretch(const kt_polynomial_spring *s, kt_formula_text *to
     kt_formula_put(to, is_range ? "))" : ")");
 }
 
+/* Writes the force of a spring in a joint. The damping is odd in v, so that it opposes motion in both directions. */
 static void put_joint_spring(const kt_polynomial_spring *s, kt_formula_text *to) {
     kt_formula_text x = {.whole = true};
     const bool has_spring = is_any(s->stiffness);

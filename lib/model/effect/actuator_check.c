@@ -24,6 +24,7 @@ static void check_muscle(kt_checker *checker, int sub, const char *name, const k
                          m->lengths[0], m->lengths[1]);
 }
 
+/* Terms of an actuator are joints whose positions add up to its length. One of them must be the effect's own joint. */
 static void check_terms(kt_checker *checker, const kt_effect *effect, int i) {
     const kt_actuator *a = &effect->actuators[i];
     bool is_own = false;

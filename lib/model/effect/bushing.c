@@ -16,6 +16,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
+/* u and w of the code are relative to the first frame, `theta` is the Euler vector of R, and `back` is
+ * G^-T Kr theta. */
 static void bushing_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end, double t,
                            kt_effect_wrench *wrench, kt_effect_power *balance) {
     (void)numbers, (void)t;
@@ -76,6 +78,8 @@ static kt_mat3 resist(kt_mat3 axes, const double d[3]) {
     return kt_mat3_multiply(scaled, kt_mat3_transpose(axes));
 }
 
+/* The displaced end is the second. u = R1' (..) changes by -w1 x its displacement, hence damping times -[w1] in the
+ * stiffness. */
 static void bushing_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                              kt_effect_jacobian *jacobian) {
     kt_wrench wrench[2];

@@ -129,6 +129,7 @@ static contact_load load_on_rim(const kt_effect_record *effect, const kt_effect_
     return sum;
 }
 
+/* A disc of axle a reaches r |n x a| below its centre. In lanes, all states are computed if any of them touches. */
 static void contact_wrench(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
                            kt_plain t, kt_effect_wrench *wrench, kt_effect_power *balance) {
     (void)numbers, (void)t;
@@ -250,6 +251,8 @@ static kt_wrench change_of_wrench(const kt_effect_record *effect, const kt_effec
     return (kt_wrench){.moment = moment, .force = force};
 }
 
+/* The changed end is the plane, on which the wrench is the reaction of c.force. Columns are changes of its wrench for
+ * unit rotations, displacements and their rates. Discs have dual numbers instead. */
 static void contact_jacobian(const kt_effect_record *effect, const double *numbers, const kt_effect_end *end, double t,
                              kt_effect_jacobian *jacobian) {
     (void)numbers, (void)t;

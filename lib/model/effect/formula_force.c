@@ -48,6 +48,8 @@ static bool is_point_of_branch(const kt_effect *effect, int i) {
     return i >= 0 && i < effect->path_count && !kt_path_point_is_surface(&effect->path[i]);
 }
 
+/* A path consists of branches of two points or more; a divisor above 0 begins a branch. A surface lies between two
+ * points of one branch. */
 static void check_path(kt_checker *checker, const kt_effect *effect) {
     int bodies = 0;
     for (int i = 0; i < effect->path_count; i++) {
@@ -126,6 +128,7 @@ static kt_vec3 in_world(const kt_effect_record *effect, const kt_effect_end *end
     return effect->in_body ? kt_mat3_apply(end->axes, value) : value;
 }
 
+/* The wrenches of the formulas' values: f1 .. f6 on a point, or f1 along the line between two ends. */
 static void expression_wrench(const kt_effect_record *effect, const double values[6], const kt_effect_end *end,
                               kt_wrench *wrench, kt_effect_balance *balance) {
     double supplied;

@@ -339,7 +339,8 @@ static kt_vec3 reached_from(const kt_path_point_record *surface, kt_vec3 axis, k
 }
 
 /* Writes the points of an arc between two points of contact, relative to the centre, along the shorter arc or, if the
- * path leaves the first point in the other sense, along the longer arc. */
+ * path leaves the first point in the other sense, along the longer arc. A ring is
+ * touched in a single point. */
 static void trace_arc(kt_vec3 n, kt_vec3 axis, kt_vec3 from, kt_vec3 to, kt_vec3 away, bool is_ring, kt_vec3 *points) {
     const kt_vec3 a = part_across(axis, from), b = part_across(axis, to), forward = kt_vec3_cross(n, a);
     double turn = is_ring ? 0.0 : atan2(kt_vec3_dot(n, kt_vec3_cross(a, b)), kt_vec3_dot(a, b));

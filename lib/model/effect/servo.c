@@ -22,6 +22,7 @@ static void servo_check(kt_checker *checker, const kt_effect *effect) {
 /* Half of the width of the parabola, as a share of the limit. */
 static const double blend = 0.1;
 
+/* The smooth limit above; `blend` is 0.1. */
 static kt_real limit_magnitude(kt_real u, double limit) {
     const kt_real size = kt_abs(u);
     const kt_condition is_beyond = kt_not(kt_value(size) <= (1.0 - blend) * limit);

@@ -130,6 +130,7 @@ static const double kt_rotation_vector_map_series[] = {1.0 / 12.0,         1.0 /
                                                        1.0 / 1209600.0,    1.0 / 47900160.0, 691.0 / 1307674368000.0,
                                                        1.0 / 74724249600.0};
 
+/* c of x = |theta|^2, by its series where 1 - y cot y would cancel. */
 KT_INLINE kt_real kt_rotation_vector_map_coefficient(kt_real x) {
     if (kt_value(x) < 0.25) {
         kt_real c = 0.0;
@@ -167,6 +168,7 @@ KT_INLINE double kt_rotation_vector_map_coefficient_derivative(double x) {
 
 #else
 
+/* theta of R as a dual number. Its derivative is G^-1 w with w = sum r_k x r_k' / 2. */
 KT_INLINE kt_triple kt_rotation_vector_of(kt_triple_columns r) {
     const kt_v4 x = kt_lower(r.x), y = kt_lower(r.y), z = kt_lower(r.z), columns[3] = {x, y, z};
     const kt_v4 twice = kt_v4_cross(x, kt_upper(r.x)) + kt_v4_cross(y, kt_upper(r.y)) + kt_v4_cross(z, kt_upper(r.z));

@@ -9,6 +9,7 @@ static int free_elements(const kt_joint *joint, kt_element *out) {
     return 1;
 }
 
+/* Of the two quaternions of the rotation, q receives the nearer to that of `near`. */
 static void measure_free(const kt_joint_axes *axes, const kt_joint_motion *motion, const double *near, double *q,
                          double *v, double *a) {
     const kt_mat3 *r = &motion->pose.rotation;

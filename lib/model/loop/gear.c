@@ -20,6 +20,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/plane_angle.h"
 
+/* In the record: gain = (c_1, c_2), slope[1] = -h, phase[0] = phi_0. */
 static int evaluate_gear(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
                          kt_loop_row *rows) {
     (void)numbers, (void)t;
@@ -34,6 +35,9 @@ static int evaluate_gear(const kt_loop_record *loop, const double *numbers, cons
 }
 
 /* NOLINTBEGIN(readability-non-const-parameter): the outputs of the kind */
+/* The wrench of the teeth on the second wheel, at its point, for the multiplier `lambda`. slope[0] is the
+ * parting force for a unit of tangential force, along `apart`, normal to t and to the common line of the pitch
+ * surfaces. */
 static void load_gear(const kt_loop_record *loop, const kt_loop_end end[2], const double *lambda, kt_vector *moment,
                       kt_vector *force) {
     const kt_vector n = end[0].axes[2], d = end[1].point - end[0].point;
@@ -91,6 +95,8 @@ static bool count_virtual_teeth(wheels *w) {
     return true;
 }
 
+/* Checks numbers of teeth and radii: either or both may be given, in one ratio. Without teeth, radii in a ratio of
+ * whole numbers give virtual teeth. If no such ratio exists, the joints must count the turns. */
 static bool find_teeth(const kt_loop *loop, wheels *w, kt_error *error) {
     const bool has_teeth = loop->teeth != 0.0 && loop->teeth2 != 0.0, none = loop->teeth == 0.0 && loop->teeth2 == 0.0;
     const bool has_radii = loop->radius != 0.0 && loop->radius2 != 0.0;
@@ -166,6 +172,7 @@ static double find_period(const wheels *w) {
     return KT_PLANE_TURN * fabs(w->radius[0] / w->teeth[0]) * greatest_divisor(w->teeth[0], w->teeth[1]);
 }
 
+/* Finds the numbers of the record in the given positions, in which the gear is closed. */
 static bool start_gear(const kt_loop *loop, const kt_loop_start *at, kt_loop_record *record, kt_error *error) {
     wheels w = wheels_at(loop, at);
     if (!find_teeth(loop, &w, error) || !find_radii(loop, &w, error) || !check_pitch_point(loop, &w, error))

@@ -86,6 +86,8 @@ static bool differences(const kt_loop_record *loop, double t, const kt_loop_moti
 
 static double *component_at(kt_vec3 *v, int k) { return k == 0 ? &v->x : k == 1 ? &v->y : &v->z; }
 
+/* Finds moment, force and rate of each row as derivatives of phi by three rotations, three translations and time. Steps
+ * of translations are parts of the arm. */
 static bool difference_rows(const kt_loop_record *loop, double t, const kt_loop_motion *m, kt_loop_equation *rows,
                             int *code) {
     double slope[KT_LOOP_ROW_MAX];
@@ -232,6 +234,8 @@ static direction motion_direction_of(const kt_custom_motion *m) {
 }
 #endif
 
+/* Rows of the callback are in the first end's axes, and as seen from this end. The last terms of the drift are due to
+ * the motion of this end (relative_motion.h). */
 static int evaluate_custom(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
                            kt_loop_row *rows) {
     (void)numbers;

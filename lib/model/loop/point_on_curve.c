@@ -117,6 +117,7 @@ static place place_of_spline(const double *spline, int points, kt_real s) {
     return at;
 }
 
+/* The curve at s with its derivatives. A line is the z axis, and s is its arc length. */
 static place place_at(const kt_loop_record *loop, const double *numbers, kt_real s) {
     if (loop->form == KT_TRACK_LINE)
         return (place){.c = kt_vector_make(0.0, 0.0, s),
@@ -376,6 +377,8 @@ static void choose_reference(double *spline, int points) {
     }
 }
 
+/* Stores the curve's numbers. A spline is parametrised by the lengths of its chords: n parameters, n arc lengths up to
+ * the points, and the coefficients of each component. */
 static void prepare_curve(const kt_description *description, const kt_loop *loop, double *numbers,
                           kt_loop_record *record) {
     (void)description;

@@ -13,6 +13,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "loop/plane_angle.h"
 
+/* In the record: gain[0] = k r, phase[0] = phi_0, and bearing[0] is the angle of t at the start, from which gamma
+ * counts. */
 static int evaluate_rack(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double time,
                          kt_loop_row *rows) {
     (void)numbers, (void)time;

@@ -92,6 +92,8 @@ static int evaluate_balls(const kt_loop_record *loop, const kt_loop_end end[2], 
     return 2;
 }
 
+/* The rows y . x and y . y (form RIM: neither), and with contact y . n. A ball touches along n wherever it turns:
+ * c = 0, s = 1, t = n. */
 static int evaluate_rolling(const kt_loop_record *loop, const double *numbers, const kt_loop_end end[2], double t,
                             kt_loop_row *rows) {
     (void)numbers, (void)t;

@@ -31,6 +31,7 @@ static void load_worm(const kt_loop_record *loop, const kt_loop_end end[2], cons
 }
 /* NOLINTEND(readability-non-const-parameter) */
 
+/* Checks teeth, axes and centres in the given positions. d must be normal to both axes and longer than r_1. */
 static bool check_worm(const kt_loop *loop, const kt_loop_start *at, kt_vec3 d, kt_error *error) {
     const kt_vec3 n = at->end[0].rotation.z, m = at->end[1].rotation.z;
     const double a = kt_vec3_norm(d), along = kt_vec3_dot(n, d), aside = kt_vec3_dot(m, d);

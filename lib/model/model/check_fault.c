@@ -24,6 +24,7 @@ int kt_checker_marker_count(const kt_body *body) {
 
 enum { ITEMS = KT_ITEM_STATE + 1 };
 
+/* Writes the item that is checked: "body 'rod'", or "bodies[3]" if it has no name. */
 static void write_where(const kt_checker *checker, char where[KT_WHERE_SIZE]) {
     static const char *const kinds[ITEMS] = {"scene", "body", "loop", "effect", "hold", "state"};
     static const char *const lists[ITEMS] = {"scene", "bodies", "loops", "effects", "hold", "states"};

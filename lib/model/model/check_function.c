@@ -41,6 +41,7 @@ static bool check_polynomial(kt_checker *checker, const char *field, const kt_fu
     return kt_checker_values(checker, field, -1, ".polynomial", f->numbers, f->number_count);
 }
 
+/* Numbers of a table are rows [t, y], with increasing times. */
 static bool check_table(kt_checker *checker, const char *field, const kt_function *f) {
     if (f->interpolation != KT_INTERPOLATION_LINEAR && f->interpolation != KT_INTERPOLATION_CUBIC &&
         f->interpolation != KT_INTERPOLATION_MONOTONE) {
@@ -90,6 +91,7 @@ static bool check_expression(kt_checker *checker, const char *field, const kt_fu
 
 static bool check_any(kt_checker *checker, const char *field, const kt_function *function, int depth);
 
+/* Checks the parts of a sum or product, which are functions again; `depth` bounds the recursion. */
 static bool check_parts(kt_checker *checker, const char *field, const kt_function *f, int depth) {
     bool fine = true;
     if (f->part_count < 1 || f->parts == NULL || depth >= KT_FUNCTION_DEPTH_MAX) {
@@ -116,6 +118,7 @@ static bool check_function_formula(kt_checker *checker, const char *field, const
     return check_parts(checker, field, function, depth);
 }
 
+/* Reports the faults of a function of time; returns whether it has none. depth: how many functions it is part of. */
 static bool check_any(kt_checker *checker, const char *field, const kt_function *function, int depth) {
     switch (function->type) {
     case KT_FUNCTION_NONE:

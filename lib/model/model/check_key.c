@@ -146,6 +146,8 @@ static void check_initial_quaternion(kt_checked *c, const kt_key *key, const dou
                          q[0], q[1], q[2], q[3], norm);
 }
 
+/* Initial positions or velocities of a joint: as many numbers as the joint has. A quaternion is the last of a joint's
+ * positions. */
 static void check_coordinates(kt_checked *c, const kt_key *key) {
     const kt_joint_size *size = &kt_joint_sizes[((const kt_joint *)c->object)->type];
     const int count = key->kind == KT_KEY_POSITION ? size->nq : size->nv;

@@ -174,6 +174,7 @@ void kt_checker_coordinate(kt_checker *checker, const char *field, const char *t
     }
 }
 
+/* Reports a marker that its body does not have, with the nearest name while the effort for suggestions lasts. */
 static void check_marker_name(kt_checker *checker, const char *field, int sub, int body, const char *marker) {
     if (body == KT_BODY_WORLD) {
         kt_checker_fault(checker, field, sub, "the world has no markers, and no %s; give the point by `at`",

@@ -302,6 +302,8 @@ static kt_breakpoint next_row(const double *rows, int count, double t) {
     return (kt_breakpoint){HUGE_VAL, 0};
 }
 
+/* The first breakpoint of the parts. Of breakpoints at one time, the one of the lowest order counts, because lower
+ * derivatives jump there. */
 static kt_breakpoint breakpoint_of_parts(const kt_curve *curve, const double *numbers, double t, double until,
                                          int64_t *left) {
     kt_breakpoint first = {HUGE_VAL, KT_BREAKPOINT_ORDER_MAX};

@@ -40,6 +40,8 @@ static bool is_quaternion(const kt_formula_names *names, const kt_variable *vari
     return size.nq > size.nv && variable->component >= size.nq - 4;
 }
 
+/* Finds a variable by its name, and appends it to the variables if it is new. Also notes properties that the caller
+ * checks later. If the list is full, any valid index is returned, because the formula will be rejected. */
 static bool find_formula_symbol(void *user, const char *name, kt_symbol *symbol) {
     kt_formula_names *names = user;
     kt_variable found;
@@ -63,6 +65,8 @@ static bool find_formula_symbol(void *user, const char *name, kt_symbol *symbol)
     return true;
 }
 
+/* The k-th name that a formula may use, for suggestions: first the effect's own two, then those of the description.
+ * NULL: there are no more. */
 static const char *list_formula_name(void *user, int k) {
     static const char *const own[] = {"length", "speed"}, *const before[] = {"position.", "velocity."};
     kt_formula_names *names = user;
@@ -114,6 +118,7 @@ const char *kt_position_of_joint(const char *name) {
     return strncmp(name, position, sizeof position - 1) == 0 ? name + sizeof position - 1 : NULL;
 }
 
+/* Finds the term of a coupling with a joint's position; its index is the variable's. */
 static bool find_term(void *user, const char *name, kt_symbol *symbol) {
     const kt_loop *loop = ((const kt_coupling_names *)user)->loop;
     const char *joint = kt_position_of_joint(name);

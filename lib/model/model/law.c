@@ -50,6 +50,8 @@ static bool check_law_list(kt_checker *checker, const char *field, const char *c
     return false;
 }
 
+/* Checks the k-th variable of a law. A formula in place of a name is a fault, too; an unknown name is reported as
+ * formulas report it. */
 static void check_variable(kt_checker *checker, kt_formula_names *names, const char *name, int k) {
     const kt_symbols symbols = kt_formula_symbols(names);
     const int before = names->count;
@@ -68,6 +70,7 @@ static void check_variable(kt_checker *checker, kt_formula_names *names, const c
     }
 }
 
+/* Checks the k-th state whose rate a law writes: the state exists, has no formula of its own, and is listed once. */
 static void check_law_state(kt_checker *checker, const kt_effect *effect, int k) {
     const kt_description *d = checker->description;
     const char *name = effect->states[k];

@@ -85,6 +85,7 @@ static uint64_t hash_tree(uint64_t hash, const kt_model *model) {
     return hash_numbers(hash, model->armature, model->n.v * sizeof *model->armature);
 }
 
+/* Adds the numbers of all loops: frames, functions of time, geometry, coefficients of relations. */
 static uint64_t hash_loops(uint64_t hash, const kt_model *model) {
     for (size_t i = 0; i < model->n.loop; i++) {
         const kt_loop_record *loop = &model->loop[i];

@@ -47,6 +47,8 @@ int kt_effect_switch(const kt_model *model, int effect) {
 
 /* ---- switching --------------------------------------------------------------------------------------------------- */
 
+/* Switches item k of the switches on or off: selects the model of the new set, and initialises the data (NULL: none)
+ * for it. `call` and `what` are the names for messages. Nothing changes on failure. */
 static kt_status enable(const kt_model **model, kt_data *data, int k, bool on, const char *call, const char *what,
                         kt_error *error) {
     if (k < 0)
