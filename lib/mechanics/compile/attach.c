@@ -308,6 +308,8 @@ static void fill_load(const kt_attach *a, const kt_effect *effect, kt_effect_rec
             r->load_loop = i;
 }
 
+/* Fills the records of all effects, also of those that are off. *number, *variable, *part and *text are the first free
+ * indices in the model's lists, and are moved on past what the effects need. */
 static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t *variable, size_t *part, size_t *text,
                               kt_error *error) {
     size_t term = a->loop_terms, point = 0, link = 0;
@@ -385,7 +387,7 @@ static bool gives(const kt_model *m, size_t from, size_t count, unsigned what) {
 /* Marks the coordinates of a joint named by `hold`, which assembly fixes: the coordinates that the description gives.
  * If the description gives no position of this joint, all its positions are fixed. If the description gives no velocity
  * of any joint, the caller of kt_state_assemble sets the joint's velocities, and assembly does not change these
- * velocities unless the loops require it. */
+ * velocities unless the loops require it. If not `held`, removes all marks of `hold`. */
 void kt_joint_hold(kt_model *m, const kt_body_record *body, bool held) {
     const size_t count = (size_t)kt_joint_sizes[body->type].nv, first = (size_t)body->v;
     const bool has_position = gives(m, first, count, KT_POSITION_GIVEN);
@@ -398,6 +400,8 @@ void kt_joint_hold(kt_model *m, const kt_body_record *body, bool held) {
     }
 }
 
+/* Counts what loops, effects, states and masses add to the tree (a->tree, which is *model), and fills a larger model,
+ * which replaces the tree. Ranks are found last, since they need the complete equations. */
 static kt_status attach_all(kt_attach *a, kt_counts *n, kt_model **model, kt_error *error) {
     const kt_description *d = a->description;
     for (size_t i = 0; i < n->link; i++) {

@@ -19,7 +19,7 @@
     X(double, far, n->link, "distance from there along the support, at the initial positions")                         \
     X(int32_t, from, n->link, "ancestor below which the path begins that leads through a link, -1: none")              \
     X(int32_t, place, n->link, "place of the link in that path")                                                       \
-    X(int32_t, number, n->link, "group of a set's root, -1: none")                                                     \
+    X(int32_t, number, n->link, "group of a set's root, -1: none; once groups are filled, scratch of islands")         \
     X(kt_pose, pose, n->link, "at the initial positions")                                                              \
     X(kt_loop_record, loop, n->loop, "as they will be in the model")                                                   \
     X(kt_effect_record, effect, n->effect + n->effect_off, "in the description's order")                               \

@@ -71,6 +71,7 @@ static void order_bodies(build *b) {
     }
 }
 
+/* Counts the elements of the arrays of the tree. Spatial counts leave out the trees that move in planes. */
 static void count_all(const build *b, kt_counts *n) {
     const kt_description *d = b->description;
     *n = (kt_counts){.link = 1, .body = (size_t)d->body_count + 1, .spatial = 1};
@@ -211,7 +212,7 @@ static void store_rest(kt_model *m, kt_link *link, kt_mat3 axes, double pitch) {
 
 /* Creates the links of one body's joint, a chain that begins at its parent's link; *count, *angle: links and angles so
  * far. */
-static void string_links(kt_model *m, const kt_description *d, int32_t self, size_t *count, size_t *angle) {
+static void create_joint_links(kt_model *m, const kt_description *d, int32_t self, size_t *count, size_t *angle) {
     kt_body_record *body = &m->body[self];
     const kt_body_record *parent = &m->body[body->parent];
     kt_pose frame = kt_pose_compose(parent->in_link, body->joint); /* joint frame in the parent's link */
@@ -252,7 +253,7 @@ static void string_links(kt_model *m, const kt_description *d, int32_t self, siz
 /* Creates the links of a body and of all bodies that it carries, depth first. With `stop`, creates only the links of
  * bodies that are part of the ground. Then the bodies that carry trees are stored in b->tree, and their number is
  * returned. */
-static size_t string_tree(build *b, int32_t root, bool stop, size_t *count, size_t *angle) {
+static size_t create_tree_links(build *b, int32_t root, bool stop, size_t *count, size_t *angle) {
     size_t trees = 0;
     int depth = 0;
     b->stack[depth++] = root;
@@ -262,7 +263,7 @@ static size_t string_tree(build *b, int32_t root, bool stop, size_t *count, size
         if (hold)
             b->tree[trees++] = i;
         else if (i > 0)
-            string_links(b->model, b->description, i, count, angle);
+            create_joint_links(b->model, b->description, i, count, angle);
         if (i != root && b->next[i])
             b->stack[depth++] = b->next[i];
         if (!hold && b->first[i])
@@ -284,21 +285,23 @@ static void sort_trees(build *b, size_t trees) {
         b->sorted[b->place[b->moves[b->tree[k]].plane + 1]++] = b->tree[k];
 }
 
-static void string_all(build *b) {
+/* Creates the links of all bodies: fixed bodies of the ground first, then tree by tree. Finds which links follow their
+ * parents in memory. */
+static void create_links(build *b) {
     kt_model *m = b->model;
     const int32_t n = (int32_t)m->n.body;
     size_t count = 1, angle = 0;
-    m->n.rest = 0;
+    m->n.rest = 0; /* counts the records at rest (store_rest) until all links exist */
     memset(&m->link[0], 0, sizeof m->link[0]);
     m->link[0].group = -1;
     for (int32_t i = n - 1; i > 0; i--) { /* children in the order of the bodies */
         b->next[i] = b->first[m->body[i].parent];
         b->first[m->body[i].parent] = i;
     }
-    const size_t trees = string_tree(b, 0, true, &count, &angle);
+    const size_t trees = create_tree_links(b, 0, true, &count, &angle);
     sort_trees(b, trees);
     for (size_t k = 0; k < trees; k++)
-        (void)string_tree(b, b->sorted[k], false, &count, &angle);
+        (void)create_tree_links(b, b->sorted[k], false, &count, &angle);
     for (size_t i = 1; i < count; i++) {
         kt_link *up = &m->link[m->link[i].parent];
         m->link[i].follows = (size_t)m->link[i].parent == i - 1;
@@ -357,6 +360,8 @@ static void size_links(build *b) {
     }
 }
 
+/* Lays out and fills the model of the tree, and attaches loops, effects, states and variable masses. A trial needs the
+ * tree alone, because it only looks for faults. On failure b->model is what has been allocated so far. */
 static kt_status build_model(build *b, const kt_model_options *options, kt_error *error) {
     kt_counts n;
     order_bodies(b);
@@ -386,7 +391,7 @@ static kt_status build_model(build *b, const kt_model_options *options, kt_error
     kt_status status = store_bodies(b, error);
     if (status == KT_OK) {
         kt_model_name_all(m);
-        string_all(b);
+        create_links(b);
         count_carried(m);
         kt_articulated_number(m);
         size_links(b);

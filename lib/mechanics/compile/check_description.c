@@ -80,6 +80,7 @@ static void add_checked_name(kt_checker *checker, int scope, const char *name, i
         (void)kt_names_add(&checker->names, scope, name, index); /* of equal names the first is kept */
 }
 
+/* Enters all names. The scope of a marker's name is the index of its body, so that each body has markers of its own. */
 static void add_checked_names(kt_checker *checker) {
     const kt_description *d = checker->description;
     for (int i = 0; i < d->body_count; i++) {
@@ -134,6 +135,7 @@ static void find_cycles(kt_checker *checker) {
     }
 }
 
+/* Reports the cycle of parents that begins at a body, with the names of at most SHOWN bodies. */
 static void report_cycle(kt_checker *checker, int first) {
     enum { SHOWN = 4 };
     const kt_body *bodies = checker->description->bodies;
@@ -176,7 +178,7 @@ static void check_bodies(kt_checker *checker) {
         kt_checker_name(checker, KT_SCOPE_BODY, "bodies", body->name, false);
         if (checker->parent[i] == KT_BODY_UNKNOWN)
             (void)kt_checker_body(checker, "parent", -1, "parent", body->parent);
-        if (checker->mark[i] == 1)
+        if (checker->mark[i] == 1) /* the first body of a cycle (find_cycles) */
             report_cycle(checker, i);
         kt_checker_body_rules(checker, body);
     }
@@ -275,6 +277,7 @@ static void check_one_effect(kt_checker *checker, const kt_effect *effect) {
         kt_checker_fault(checker, "switched", -1, "an effect that is never on has no effect; leave it out");
 }
 
+/* The names of held joints. A new stamp marks bodies that are listed, so that the marks need not be cleared. */
 static void check_hold(kt_checker *checker) {
     const kt_description *d = checker->description;
     const int stamp = ++checker->stamp;

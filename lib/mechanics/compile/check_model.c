@@ -20,10 +20,11 @@ typedef struct others {
     bool no_memory;
 } others;
 
-/* A joint with a fault becomes fixed, so that the parent receives the body's inertia. */
-static void make_sound(kt_body *body, bool is_joint_sound) {
+/* Replaces a body that has a fault by one of mass 1. A joint with a fault (not keeps_joint) becomes fixed, so that the
+ * parent receives the body's inertia. */
+static void make_sound(kt_body *body, bool keeps_joint) {
     kt_body sound = kt_body_default();
-    if (is_joint_sound)
+    if (keeps_joint)
         sound.joint = body->joint;
     sound.name = body->name;
     sound.parent = body->parent;
@@ -34,6 +35,9 @@ static void make_sound(kt_body *body, bool is_joint_sound) {
     *body = sound;
 }
 
+/* Stores what a fault means for a check of the mechanism as a whole. Faults of loops, names, parents and markers leave
+ * the mechanism undefined. A body with another fault is replaced by a valid body, in a copy of the list. Faults of
+ * gravity and of effects do not matter. */
 static void record_fault(void *user, const kt_place *place, const kt_error *error) {
     others *o = user;
     const kt_description *d = o->description;

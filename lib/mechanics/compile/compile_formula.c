@@ -75,7 +75,8 @@ kt_status kt_attach_count_formulas(const kt_description *description, const kt_e
     return status;
 }
 
-static kt_variable_record record_of(const kt_attach *a, const kt_model *m, const kt_variable *variable) {
+/* The coordinate, link or state in the model that a variable of the description stands for. */
+static kt_variable_record variable_record_of(const kt_attach *a, const kt_model *m, const kt_variable *variable) {
     kt_variable_record r = {.type = (int32_t)variable->type};
     r.x = variable->type == KT_VARIABLE_STATE ? variable->component : 0;
     if (variable->body < 0)
@@ -118,7 +119,7 @@ kt_status kt_attach_fill_formulas(const kt_attach *a, kt_model *m, const kt_effe
         kt_expression_parts(expression, time_of(&names), fill_part, &place);
     }
     for (int k = 0; k < names.count; k++)
-        m->variable[(*variable)++] = record_of(a, m, &names.variable[k]);
+        m->variable[(*variable)++] = variable_record_of(a, m, &names.variable[k]);
     r->variable_count = (int32_t)names.count;
     *part = place.part;
     return KT_OK;

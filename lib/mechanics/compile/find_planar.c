@@ -121,6 +121,8 @@ static int32_t plane_along(kt_vec3 slide, kt_plane *plane, size_t *count) {
     return plane_with(kt_triad_from_axis(slide, 2).x, plane, count);
 }
 
+/* Chooses a plane for each set of trees that loops connect: first for sets whose normal is known. Returns the number of
+ * planes. */
 static size_t choose_planes(kt_body_plane *body, size_t count, kt_plane *plane) {
     size_t planes = 0;
     for (int round = 0; round < 2; round++) /* trees of parallel prismatic joints take an existing plane if any */
@@ -161,6 +163,8 @@ static bool joint_moves_in_plane(const kt_joint *joint, kt_body_plane *b) {
     return true;
 }
 
+/* Passes the plane's basis in the axes of each body, and the body's height above the plane, from the ground to the
+ * tips. A set of trees with a joint that does not move in the plane becomes spatial. */
 static void check_planes(const kt_description *d, kt_body_plane *body, size_t count, const kt_plane *plane) {
     for (size_t i = 1; i <= count; i++) {
         kt_body_plane *b = &body[i], *tree = tree_component_of(body, b);
@@ -227,6 +231,8 @@ static kt_mat3 link_basis(const kt_model *m, const kt_body_plane *body, int32_t 
     return kt_mat3_multiply(m->body[b].in_link.rotation, body[b].basis);
 }
 
+/* Fills a planar link from its spatial link: vectors in the plane's basis, indices among planar links. A revolute joint
+ * about -n has the sign -1. */
 static void place_link(kt_model *m, const kt_body_plane *body, size_t index, int32_t plane) {
     const kt_link *link = &m->link[m->n.spatial + index - 1];
     const int32_t up = link->parent, k = link->axis;

@@ -129,6 +129,9 @@ void kt_articulated_number(kt_model *m) {
 
 /* ---- islands ----------------------------------------------------------------------------------------------------- */
 
+/* The groups have been filled, so that the sets of links are no longer needed. Here a->above joins groups, and
+ * a->number is scratch: first a group on each base (island_of), then a sum for each island. */
+
 enum island_sum { ISLAND_COORDINATES, ISLAND_EQUATIONS };
 
 /* The largest number in `number`, which has one for each island. */
@@ -140,10 +143,10 @@ static size_t largest_of_islands(const kt_attach *a, const kt_model *m) {
 }
 
 /* The largest number of coordinates, or of equations, of an island. */
-static size_t most_of_islands(kt_attach *a, const kt_model *m, enum island_sum of) {
+static size_t most_of_islands(kt_attach *a, const kt_model *m, enum island_sum what) {
     memset(a->number, 0, m->n.group * sizeof *a->number);
     for (size_t g = 0; g < m->n.group; g++)
-        a->number[m->group[g].island] += of == ISLAND_COORDINATES ? m->group[g].v_count : m->group[g].row_count;
+        a->number[m->group[g].island] += what == ISLAND_COORDINATES ? m->group[g].v_count : m->group[g].row_count;
     return largest_of_islands(a, m);
 }
 

@@ -7,7 +7,7 @@
  *   cylinder   I = T 1 + (J - T) u u',  J = m r^2 / 2,  T = m (3 r^2 + l^2) / 12,  u the unit axis
  *   rod        the cylinder from one end to the other; slender: r = 0
  *   polygon    I = R m [[yy + e, -xy, 0], [-xy, xx + e, 0], [0, 0, xx + yy]] R'
- *              e = d^2 / 12, d the thickness, and the means of polygon.h
+ *              e = d^2 / 12, d the thickness, and the means of polygon.c
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/require.h"

@@ -6,6 +6,7 @@
 #include "effect/effect.h"
 #include "evaluate/evaluate.h"
 
+/* The lengths are the distances of the ends of each such spring. */
 static void measure_mechanism(kt_model *m, const kt_description *description, const kt_pose *poses) {
     for (size_t i = 0; i < m->n.effect + m->n.effect_off; i++) {
         kt_effect_record *r = &m->effect[i];

@@ -44,7 +44,7 @@ static void generic_positions(const kt_model *m, int variant, double *q) {
 }
 
 /* Excludes the links from this link to the ground from the test. */
-static void leave_unknown(const kt_model *m, int32_t link, unsigned char *verdict) {
+static void mark_unknown(const kt_model *m, int32_t link, unsigned char *verdict) {
     for (int32_t i = link; i > 0; i = m->link[i].parent)
         verdict[i] = KT_INERTIA_UNKNOWN;
 }
@@ -53,16 +53,16 @@ static int32_t end_link_of(const kt_model *m, const kt_end *end) {
     return m->body[kt_attach_body_named(m, end->body)].link;
 }
 
-/* Leaves the verdict open for links that a loop acts on: the loop may give them the inertia of other links. */
-static void leave_loops(const kt_model *m, const kt_description *d, unsigned char *verdict) {
+/* Excludes the links that a loop acts on: the loop may give them the inertia of other links. */
+static void mark_loops_unknown(const kt_model *m, const kt_description *d, unsigned char *verdict) {
     for (int i = 0; i < d->loop_count; i++) {
         const kt_loop *loop = &d->loops[i];
         if (KT_IS_OFF(loop))
             continue;
         for (int k = 0; k < 2 && !kt_attach_is_relation((int32_t)loop->type); k++)
-            leave_unknown(m, end_link_of(m, &loop->between[k]), verdict);
+            mark_unknown(m, end_link_of(m, &loop->between[k]), verdict);
         for (int k = 0; k < kt_loop_term_count(loop); k++)
-            leave_unknown(m, kt_attach_joint_link(m, kt_loop_term(loop, k).joint), verdict);
+            mark_unknown(m, kt_attach_joint_link(m, kt_loop_term(loop, k).joint), verdict);
     }
 }
 
@@ -102,7 +102,7 @@ static void check_tree_inertia(trial *t, const kt_model *m, const kt_description
         if (variant > 0)
             generic_positions(m, variant - 1, t->q);
         memset(t->verdict, KT_INERTIA_THERE, m->n.link);
-        leave_loops(m, d, t->verdict);
+        mark_loops_unknown(m, d, t->verdict);
         found = kt_singular_links(m, t->data, variant > 0 ? t->q : m->q0, t->verdict);
         for (size_t i = 1; i < m->n.link; i++) {
             t->moves[i] |= t->verdict[i] == KT_INERTIA_THERE;

@@ -67,6 +67,7 @@ static kt_loop *add_hard_loop(hard_parts *p, const kt_effect *effect, const char
     return loop;
 }
 
+/* Adds the loop of a stop at q = `at`. An infinite limit is no stop. */
 static void add_stop_loop(hard_parts *p, const kt_effect *effect, double at, kt_side side) {
     if (!isfinite(at))
         return;
@@ -154,6 +155,8 @@ static void add_hard_distance(hard_parts *p, const kt_effect *effect, const char
     loop->function = kt_function_constant(effect->radius + effect->radius2);
 }
 
+/* Adds the loop of the gap of a contact and, with friction, a second loop, in which the contact sticks. If the effect
+ * has no name, its loops are named after the end at the centre. */
 static kt_status add_hard_contact(hard_parts *p, const kt_description *d, int index, kt_error *error) {
     const kt_effect *effect = &d->effects[index];
     const kt_end *centre = &effect->between[0];

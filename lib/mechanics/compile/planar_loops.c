@@ -97,6 +97,8 @@ static bool lay_end(const kt_ordered *o, const kt_loop *loop, int k, const kt_bo
     return true;
 }
 
+/* Finds the equations of a loop in the plane (`flat`). Returns false if an equation out of the plane does not hold at
+ * q = 0. Relations are equations of coordinates, the same in any plane. */
 static bool lay_loop(const kt_ordered *o, const kt_loop *loop, const kt_body_plane *body, const kt_plane *plane,
                      kt_planar_loop *flat) {
     kt_pose end[2];

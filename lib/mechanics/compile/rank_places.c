@@ -83,6 +83,8 @@ static bool placed_are_closed(const kt_model *model, const kt_data *data, const 
     return all;
 }
 
+/* Closes the loops at a generic position with their ends moved there, into found->q + nq. Closing the group's other
+ * loops moves q, so that the ends follow, for at most ROUNDS times. */
 static void sample_moved_ends(kt_model *model, kt_data *data, kt_pose *pose, size_t sample, kt_rank_samples *found) {
     double *q = found->q + model->n.q;
     kt_violation violation;
@@ -99,6 +101,8 @@ static void sample_moved_ends(kt_model *model, kt_data *data, kt_pose *pose, siz
     }
 }
 
+/* Samples the ranks of the marked groups with moved ends. Other groups are neither displaced (fraction 0) nor evaluated
+ * (places). */
 static void sample_with_moved_ends(kt_model *model, kt_data *data, kt_pose *pose, kt_rank_samples *found) {
     for (size_t g = 0; g < model->n.group; g++)
         found->fraction[g] = found->placed[g] ? 1.0 : 0.0;

@@ -133,6 +133,8 @@ static double zero_of(const kt_loop *loop, int k) {
     return atan2(other.y, other.x);
 }
 
+/* Places an effect in a coordinate of a loop: it acts on both ends. A screw of pitch p finds the number of its turns by
+ * its advance, d_z / p. */
 static void place_in_loop(const kt_attach *a, kt_attach_coordinate c, kt_effect_record *r) {
     const kt_loop *loop = &a->description->loops[c.loop];
     const kt_loop_record *of = &a->loop[c.loop];

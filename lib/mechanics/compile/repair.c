@@ -81,6 +81,7 @@ KT_ARENA_ARRAYS(lay_out_repair, repair, REPAIR_FIELDS, size_t n, size_t k, size_
 
 /* ---- ends -------------------------------------------------------------------------------------------------------- */
 
+/* The rotation turned by a rotation vector in its own axes. */
 static kt_mat3 turned_by(kt_mat3 rotation, const double *by) {
     const kt_vec3 turn = kt_vec3_make(by[0], by[1], by[2]);
     kt_mat3 change = kt_mat3_identity();

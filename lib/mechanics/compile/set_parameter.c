@@ -54,6 +54,7 @@ static kt_status reject_scene_path(const char *name, kt_error *error) {
     return KT_OK;
 }
 
+/* Splits "[effect |loop ]ITEM.KEY" at the last point. */
 static kt_status split_parameter_name(const char *name, parts *p, kt_error *error) {
     const char *rest = name;
     *p = (parts){.effect = strncmp(name, "effect ", 7) == 0, .loop = strncmp(name, "loop ", 5) == 0};
@@ -75,8 +76,8 @@ static const char *effect_name_at(const kt_model *m, size_t i) {
 static const char *loop_name(const kt_model *m, size_t i) { return m->text + m->loop[i].name; }
 static const char *body_name(const kt_model *m, size_t i) { return i ? m->text + m->body[i].name : NULL; }
 
-/* The index of a name among `count` names, the first of which is `first`; or -1 after an error with the nearest
- * name. */
+/* The index of a name among `count` names name_of(m, 0), ...; or -1 after an error with the nearest name. Items whose
+ * name is NULL cannot be found. */
 static int find_item(const kt_model *m, const char *what, const char *name,
                      const char *(*name_of)(const kt_model *m, size_t i), size_t count, kt_error *error) {
     for (size_t i = 0; i < count; i++)
@@ -110,6 +111,7 @@ static kt_status reject_key(const char *what, const parts *p, const kt_nearest *
                         kt_name_quote(p->item).text, kt_name_quote(p->key).text);
 }
 
+/* Finds BODY.KEY. An armature exists only if the joint has coordinates. */
 static kt_status find_of_body(const kt_model *m, const parts *p, kt_parameter *parameter, kt_error *error) {
     const int body = kt_body_find(m, p->item);
     if (body <= 0) {
@@ -156,6 +158,7 @@ static kt_status reject_fixed(const kt_effect_record *effect, const parts *p, kt
                         kt_name_quote(p->item).text, effect->hard ? "friction" : "friction from a load");
 }
 
+/* Finds "loop NAME.KEY" or "effect NAME.KEY": by the keys of the item's type, or the place of a loop's end. */
 static kt_status find_of_type(const kt_model *m, const parts *p, kt_parameter *parameter, kt_error *error) {
     const char *what = p->loop ? "loop" : "effect";
     const size_t count = p->loop ? m->n.loop : m->n.effect + m->n.effect_off;
@@ -206,7 +209,7 @@ kt_status kt_parameter_find(const kt_model *model, const char *name, kt_paramete
 
 /* ---- whose it is ------------------------------------------------------------------------------------------------- */
 
-/* Whether a key of this descriptor gives the parameter. */
+/* Whether a key of this descriptor, of a loop or of an effect, gives the parameter. */
 static bool has_parameter_key(const kt_descriptor *d, bool of_loop, const kt_parameter *parameter) {
     kt_parameter found;
     for (int k = 0; d && k < d->key_count; k++)
@@ -216,6 +219,8 @@ static bool has_parameter_key(const kt_descriptor *d, bool of_loop, const kt_par
     return false;
 }
 
+/* Whether a parameter, which the caller may have filled, is one of this model: an index in range, a key of the item's
+ * type, and its count of numbers. */
 static bool belongs(const kt_model *m, const kt_parameter *parameter) {
     const int item = parameter->item;
     switch (parameter->kind) {
@@ -262,6 +267,8 @@ static void get_curve(const kt_model *m, const kt_curve *curve, double *values) 
     values[3] = set ? curve->d : 0.0;
 }
 
+/* Reads the numbers that kt_parameter_put writes. A massless coordinate has an armature of 1 for the recursion
+ * (massless.c), but none of its own. */
 static void get_parameter(const kt_model *model, const kt_parameter *parameter, double *values) {
     const kt_body_record *body = &model->body[parameter->kind <= KT_PARAMETER_HOLD ? parameter->item : 0];
     const kt_sym3 *j = &body->inertia;
@@ -468,6 +475,7 @@ static kt_status check_numbers(const kt_model *m, const kt_parameter *parameter,
     return KT_OK;
 }
 
+/* Checks whether the model can be set, and whether the new values pass the rules for the description. */
 static kt_status check_parameter(const kt_model *model, const kt_parameter *parameter, const double *values,
                                  kt_error *error) {
     kt_status status = kt_parameter_require(model, parameter, error);

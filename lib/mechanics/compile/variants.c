@@ -125,7 +125,7 @@ static kt_status mask_contacts(compilation *c, const kt_model_options *options, 
     return KT_OK;
 }
 
-/* Lists the switches of loops, on request only of contacts, or only of all other loops. */
+/* Lists the switches of loops; if these are listed `apart`, only of contacts, or only of the other loops. */
 static void add_loop_switches(compilation *c, const kt_description *d, bool apart, bool contacts) {
     for (int i = 0; i < d->loop_count; i++)
         if (!apart || is_contact(c, i) == contacts)
@@ -169,6 +169,8 @@ static void list_contacts(compilation *c) {
     }
 }
 
+/* Copies the lists of loops and effects, whose switching is set for each model, and finds the switches and their sets.
+ * loop_switch, effect_switch, contact and place share one array. */
 static kt_status begin_compilation(compilation *c, const kt_description *d, const kt_model_options *options,
                                    kt_error *error) {
     const size_t loops = (size_t)d->loop_count, effects = (size_t)d->effect_count;
@@ -289,6 +291,8 @@ static kt_model_options options_of(const compilation *c, const kt_model_options 
     return own;
 }
 
+/* Compiles the model of one set: items in the set are always on, the others are switched off. Friction that sticks is
+ * set before (in the description) and after (in the model). */
 static kt_status compile_one_set(compilation *c, const kt_model_options *options, kt_compile_call *compile,
                                  uint64_t index, kt_error *error) {
     const uint64_t set = kt_switches_set(&c->switches, index);

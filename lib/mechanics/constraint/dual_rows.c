@@ -96,7 +96,7 @@ static const double *weights_of(const double *weight, const kt_loop_record *loop
     return weight ? weight + loop->equation : NULL;
 }
 
-/* The derivative of lambda . J p along degree of freedom k, from the wrenches of lambda: the rates p times the
+/* The derivative of lambda . A p along degree of freedom k, from the wrenches of lambda: the rates p times the
  * derivatives of the joint forces. */
 static double differentiate_power(const kt_support *w, int32_t k, const kt_end_wrench wrench[2], const double *p) {
     double sum = 0.0;
@@ -161,6 +161,8 @@ static void write_slack(const kt_loop_end end[2], const kt_loop_row *rows, int c
         e[r] = -e[r];
 }
 
+/* Along each degree of freedom on the loop's paths: d_q -= d(A' lambda)/dq. If `moving`, by_q and by_v receive the
+ * derivatives of b'' - A a, otherwise by_q receives d(A v)/dq. Other columns are untouched. */
 void kt_dual_loop_matrices(const kt_dual_motion *at, int32_t index, const double *lambda, bool moving, double *d_q,
                            double *by_q, double *by_v) {
     const kt_model *model = at->model;

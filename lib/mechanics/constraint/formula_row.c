@@ -19,7 +19,7 @@ static const kt_link *term_link_of(const kt_model *model, const kt_loop_record *
     return &model->link[model->term[loop->term + k].link];
 }
 
-/* Copies the coordinates of the terms from the coordinates of all joints. */
+/* Copies the numbers of the terms' joints from those of all joints: positions, or velocities and accelerations. */
 static void gather_terms(const kt_model *model, const kt_loop_record *loop, bool of_positions, const double *from,
                          double to[MOST]) {
     for (int k = 0; k < loop->term_count; k++) {

@@ -229,7 +229,7 @@ KT_INLINE void kt_ground_row_link(const kt_link *link, const kt_link_motion *par
     }
 }
 
-/* kt_rows_frames of a loop over the ground. */
+/* kt_rows_frames of a loop over the ground. Without `moving`, b'' becomes 0. */
 KT_INLINE void kt_rows_over_ground(const kt_model *model, const kt_data *data, const kt_group_work *w,
                                    const kt_loop_record *loop, int32_t slot, bool moving) {
     const int32_t *path = model->path + loop->path[1];

@@ -41,6 +41,8 @@ typedef struct kt_planar_wrench {
     int32_t slot;
 } kt_planar_wrench;
 
+/* The motion of end k relative to the point flat->origin of the ancestor, link by link along its path; `linear` is the
+ * acceleration that the velocities alone give. Without `moving`, velocities count as zero. */
 KT_INLINE void kt_planar_end_follow(const kt_model *model, const kt_data *data, const kt_loop_record *loop,
                                     const kt_planar_loop *flat, int k, bool moving, const kt_real1 *v,
                                     kt_planar_end *end) {

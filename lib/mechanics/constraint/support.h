@@ -3,9 +3,9 @@
  *
  * S, psi', psi'' and phi belong to a degree of freedom (dof.h), and all spatial vectors are expressed about a fixed
  * point O. The derivatives of a frame that it moves, with velocity V = (w, v) and acceleration A = (alpha, a), are
- *     with q_k, which carries the frame along S_k: dV = S x V + psi', dA = S x A + psi'' - V x psi' [derivative.h]
+ *     with q_k, which carries the frame along S_k: dV = S x V + psi', dA = S x A + psi'' - V x psi'
  *     with v_k:                               dV = S,              dA = phi - V x S
- * and the derivatives of the point x of this frame follow from
+ * (dynamics_derivative.h), and the derivatives of the point x of this frame follow from
  *     velocity      v + w x x
  *     acceleration  a + alpha x x + w x (v + w x x)
  * The ends with these derivatives, as dual numbers, are inputs of the code of the loop or effect (algebra/real.h).

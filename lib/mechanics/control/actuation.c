@@ -40,6 +40,8 @@ static double largest_term(const kt_actuation_work *w, const double *v, const do
     return entry * rate;
 }
 
+/* Rejects accelerations that the loops do not allow: A a - b'' of an equation must be rounding relative to the largest
+ * possible term. The message names the loop with the largest violation. */
 static kt_status check_actuated_loops(kt_actuation_work *w, kt_data *data, double t, const double *q, const double *v,
                                       const double *a, kt_error *error) {
     const kt_model *model = w->model;

@@ -56,6 +56,7 @@ typedef struct columns {
     double *first; /* of the link's degrees of freedom */
 } columns;
 
+/* The column (l, p) of one degree of freedom (w, u), by the formulas above. */
 static void write_momentum_column(const kt_dof *dof, void *context) {
     const columns *to = context;
     const kt_vec3 w = kt_v4_vec3(kt_dof_angular(dof)), u = kt_v4_vec3(kt_dof_linear(dof)), h = to->c->moment;

@@ -1,5 +1,5 @@
-/* The Coriolis matrix from the derivatives of inverse dynamics. With B of derivative.h and S'_k = V x S_k, the velocity
- * V being that of the node of degree of freedom k,
+/* The Coriolis matrix from the derivatives of inverse dynamics. With B of dynamics_derivative.h and S'_k = V x S_k, the
+ * velocity V being that of the node of degree of freedom k,
  *     C_ik = S_i . (I^C S'_k + B^C S_k)                                            (Echeandia & Wensing 2021)
  *     dtau_i / dv_k = S_i . (I^C (S'_k + psi'_k) + 2B^C S_k),   psi'_k = C x S_k
  * S'_k and psi'_k differ only among the rotations of a quaternion. The difference is w x S_k = sum_j S_j (w x e_k)_j,

@@ -20,7 +20,7 @@
 /* A point of a body, its motion, and how the result is expressed. */
 typedef struct point {
     kt_twist_frame frame;
-    bool by_position;
+    bool by_position; /* derivatives of the point's twist by q_k; otherwise of J's columns by time */
     kt_mat3 axes;
     kt_v4 position, omega, velocity;
 } point;
@@ -40,6 +40,8 @@ static void store_triple(double *to, kt_v4 x) {
 
 static kt_v4 into_body(const point *p, kt_v4 x) { return kt_v4_from(kt_mat3_apply_transposed(p->axes, kt_v4_vec3(x))); }
 
+/* The column of one degree of freedom (s, l). By time y = (s, j) changes, and by position y = (omega, u). Then y is
+ * expressed in the frame that was requested (last formulas above). */
 static void write_frame_column(const kt_dof *dof, void *context) {
     const columns *c = context;
     const point *p = c->p;
@@ -62,6 +64,8 @@ static void write_frame_column(const kt_dof *dof, void *context) {
     store_triple(c->first + 6 * dof->index + 3, linear);
 }
 
+/* Writes dJ/dt, or the derivatives of the twist by positions, of the point `at` of a body: 6 x nv, zero in the columns
+ * of joints that do not carry the body. Leaves `out` unchanged if an argument is invalid. */
 static void write_frame_derivatives(const kt_model *model, const kt_data *data, int body, kt_vec3 at,
                                     kt_twist_frame frame, bool by_position, double *out) {
     if (!kt_data_serve(model, data) || !KT_IS_INDEX(body, model->n.body) || !kt_is_twist_frame(frame) || !out)

@@ -72,6 +72,7 @@ static void store_column(kt_effect_wrench wrench, int changed, int k, kt_effect_
     jacobian->force = kt_v4_vec3(kt_vector_value(wrench.force));
 }
 
+/* The matrices column by column: one evaluation with dual numbers for each direction of each change. */
 static void differentiate_effect(const dependence *on, const kt_effect_end *end, kt_effect_jacobian *jacobian) {
     const int last = on->effect->ends - 1;
     *jacobian = (kt_effect_jacobian){.at_point = false};

@@ -79,6 +79,8 @@ static inline void add_matrix_times(kt_mat3 matrix, kt_v4 x, kt_v4 *y) {
     *y += kt_v4_apply(a, x);
 }
 
+/* The product of a matrix of the effect and x = (a rotation, a displacement), or their rates. If the effect acts at a
+ * point alone, only the displacement gives a force. */
 static inline kt_effect_pair apply_jacobian(const kt_effect_jacobian *of, const kt_mat3 matrix[2][2],
                                             kt_effect_pair x) {
     kt_effect_pair y = {kt_v4_splat(0.0), kt_v4_splat(0.0)};

@@ -78,6 +78,7 @@ static void subtract_dof_column(const kt_effects_state *s, const kt_effect_dof *
     }
 }
 
+/* Subtracts the columns of all degrees of freedom on the path, of an effect whose matrices are by its last end. */
 static void subtract_jacobian(const kt_effects_state *s, const ends *e, const kt_effect_jacobian *jacobian,
                               size_t count, double *d_q, double *d_v) {
     for (size_t b = 0; b < count; b++) {
@@ -109,6 +110,8 @@ static void write_relative_jacobian(const kt_effects_state *s, const kt_effect_r
     kt_dual_relative_jacobian(effect, &s->model->loop[effect->relative.loop], motion.counted, force, end, jacobian);
 }
 
+/* Subtracts the derivatives of the joint forces of an effect on one or two ends: by its relative coordinate, by
+ * matrices in closed form, or by dual numbers. On fixed ends it has none. */
 static void subtract_wrench(const kt_effects_state *s, const kt_effect_record *effect, double *d_q, double *d_v) {
     const kt_effect_kind *kind = kt_effect_kind_of(effect->type);
     kt_effect_jacobian jacobian = {.at_point = false};
@@ -164,6 +167,7 @@ static int differentiate_law(const kt_effects_state *s, const kt_effect_record *
                                          : kt_law_differentiate(effect, values, f->by);
 }
 
+/* The partial derivatives of the formulas by each variable: the first Taylor coefficient along its unit vector. */
 static void differentiate_text(const kt_effects_state *s, const kt_effect_record *effect, const double *values,
                                formulas *f) {
     double unit[KT_FORMULA_VARIABLE_MAX] = {0.0}, y[3];
@@ -375,6 +379,8 @@ static bool are_finite(const kt_effect_record *effect, const kt_wrench wrench[2]
     return finite;
 }
 
+/* The caller's derivatives of the wrench on `end` are by the motion of either end, in world coordinates. Thus the ends
+ * are treated one by one, with paths from the ground. The wrench itself turns along only with its own end. */
 static kt_status subtract_own_wrench(const kt_effects_state *s, const kt_effect_record *effect, double *d_q,
                                      double *d_v, kt_error *error) {
     kt_effect_derivatives of;
@@ -407,6 +413,7 @@ static kt_status subtract_own_wrench(const kt_effects_state *s, const kt_effect_
     return KT_OK;
 }
 
+/* Likewise for a force in a joint of one coordinate, which has entries on the diagonal alone. */
 static kt_status subtract_own_joint_force(const kt_effects_state *s, const kt_effect_record *effect, double *d_q,
                                           double *d_v, kt_error *error) {
     const kt_link *link = &s->model->link[effect->link[0]];

@@ -24,6 +24,7 @@ static size_t maps_of(const kt_group *group) {
     return (size_t)group->link_count * width * (2 * base + 3 * width + group->front.vectors);
 }
 
+/* Sums over all groups, and the largest numbers of a group: groups are factored one after the other. */
 static kt_kkt_sizes kkt_sizes_of(const kt_model *model) {
     kt_kkt_sizes s = {.links = model->n.link, .v = model->n.v, .rows = model->n.row, .groups = model->n.group};
     for (size_t g = 0; g < model->n.group; g++) {

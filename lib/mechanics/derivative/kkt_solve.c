@@ -227,6 +227,7 @@ static void solve_apart(const columns *k) {
         pass_link(k, (size_t)k->model->group_link[k->model->group[g].link], solve_group);
 }
 
+/* Solves for the columns of a strip, in place. */
 static void solve_kkt_columns(const columns *k) {
     const size_t count = k->model->n.link;
     if (k->w->metric != KT_METRIC_MASS) {

@@ -13,6 +13,7 @@ typedef struct law_point {
     int j;
 } law_point;
 
+/* The values of the law with variable j moved; *largest grows to their largest magnitude. */
 static int sample_law(void *user, double moved, double *out, double *largest) {
     const law_point *p = user;
     const double at = p->values[p->j];

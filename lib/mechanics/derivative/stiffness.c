@@ -164,6 +164,7 @@ void kt_linearized_copy_rates(const kt_linearized *w, const kt_state_derivatives
 
 /* ---- the public function ----------------------------------------------------------------------------------------- */
 
+/* Whether loops are treated by the factors along the tree (kkt.h), for which no dense matrix of A is needed. */
 static bool is_along_tree(const kt_model *model) { return model->n.row && !kt_linearized_is_dense(model); }
 
 size_t kt_stiffness_work_size(const kt_model *model) {
@@ -225,6 +226,8 @@ static void write_closed_forces(const kt_linearized *w, double *force) {
             force[c * f + i] = kt_dense_dot(w->qr.basis + (r + i) * n, w->force_x + c * n, (int)n);
 }
 
+/* Z, Z' M Z and the reduced stiffness and damping matrices of a mechanism with loops. w->half has the f
+ * rows of Z' M [Q1 Z], n numbers each. */
 static void write_closed(kt_linearized *w, const kt_stiffness_matrices *to) {
     const size_t n = w->n, r = (size_t)w->qr.rank, f = n - r;
     if (f == 0) /* nothing can move: the matrices are empty, and may be NULL */
@@ -286,6 +289,7 @@ static kt_status write_along(kt_linearized *w, void *memory, const double *q, co
     return KT_OK;
 }
 
+/* Without loops Z = 1. */
 static void write_tree_matrices(const kt_linearized *w, const kt_stiffness_matrices *to) {
     const size_t n = w->n, bytes = n * n * sizeof(double);
     if (to->basis)
@@ -297,6 +301,8 @@ static void write_tree_matrices(const kt_linearized *w, const kt_stiffness_matri
     kt_copy(to->damping, w->d_v, bytes);
 }
 
+/* The linearised equations at (q, v, a), reduced along the tree (by_tree), by the QR factors of A', or without loops
+ * not at all. */
 kt_status kt_stiffness_evaluate_at(const kt_model *model, kt_data *data, void *memory, size_t memory_size,
                                    const kt_dynamic_state *at, const double *a, const kt_stiffness_matrices *to,
                                    kt_error *error) {

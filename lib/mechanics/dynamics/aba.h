@@ -546,7 +546,8 @@ KT_INLINE size_t kt_articulated_backward(const kt_model *model, kt_data *data, c
     return 0;
 }
 
-/* Forward pass: accelerations; `respond` is kt_link_respond, or does more. */
+/* Forward pass: accelerations; `respond` is kt_link_respond, or does more. *at is the parent's acceleration on entry,
+ * and the link's on return. */
 typedef void kt_respond(const kt_model *model, kt_data *data, size_t i, kt_acceleration *at, kt_real1 *a);
 
 KT_INLINE void kt_articulated_forward(const kt_model *model, kt_data *data, size_t end, kt_respond *respond,

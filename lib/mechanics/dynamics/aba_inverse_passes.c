@@ -27,8 +27,10 @@ KT_INLINE kt_condition project(kt_real3 angular, kt_real3 linear, double armatur
     return has_inertia;
 }
 
-/* Eliminates all degrees of freedom of a link. For the translations of a free link, the pivot test uses only the mass,
- * as in aba.h. */
+/* Eliminates all degrees of freedom s of a link, last first. The pivot s'Js must exceed KT_NO_INERTIA times
+ * sum s_i^2 J_ii + link->size (aba.h), where link->size has the magnitude of the rigid inertia that the link carries
+ * along s. For a free link, link->size is a moment of inertia. Therefore it is left out for the translations, whose
+ * pivot is a mass. */
 KT_INLINE kt_elimination eliminate(const kt_model *model, kt_data *data, size_t i, const kt_real1 *tau,
                                    kt_articulated *x, void *context) {
     const kt_link *link = &model->link[i];
@@ -116,6 +118,8 @@ KT_INLINE void backward_pass(const kt_model *model, const kt_inverse_terms *w, k
     }
 }
 
+/* Second pass of M^-1 x, from the root: x = y - gain . A, with y = left / D of the first pass and the acceleration A
+ * before the degree of freedom, and A grows by s x. */
 KT_INLINE void forward_pass(const kt_model *model, const kt_inverse_terms *w, kt_real1 *x) {
     const kt_real3 none = kt_zero3();
     size_t dof = 0;

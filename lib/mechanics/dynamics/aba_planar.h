@@ -187,7 +187,7 @@ kt_planar_pass_prismatic(const kt_planar_link *link, const kt_planar_motion *m, 
     return kt_planar_load(&whole);
 }
 
-/* Adds the inertia and the bias wrench of the link alone to x, which the next link may have passed on. */
+/* Adds the inertia and the bias wrench of the link alone to x, which the next link has passed on if it is its child. */
 KT_INLINE void kt_planar_add_own(const kt_planar_link *link, const kt_planar_motion *m, bool has_child,
                                  kt_planar_carried *x) {
     const kt_real2 h = kt_across2(kt_load2(m->first)), force = kt_load2(m->force), mass = kt_const_same2(link->mass);

@@ -23,6 +23,7 @@ static kt_where_text name_joint_at_fault(const kt_model *model, size_t body) {
     return kt_where_format("joint '%.100s'", kt_joint_name(model, (int)body));
 }
 
+/* Reports the first of `count` numbers that is not finite; one of them is not. */
 static kt_status reject_numbers(const kt_model *model, size_t body, const char *what, const double *x, int count,
                                 kt_error *error) {
     int k = 0;

@@ -83,6 +83,8 @@ KT_INLINE kt_mass_part kt_mass_part_whole(const kt_mass_block *b, bool together)
     return (kt_mass_part){.block = b, .together = together, .whole = true, .own = b->first, .end = b->end};
 }
 
+/* The part of a link that carries the degrees of freedom [own, end) of the tree, which may begin before the block and
+ * end behind it. The table has the lane masks of all begins: zeros, then ones. */
 KT_INLINE kt_mass_part kt_mass_part_make(const kt_mass_block *b, bool together, size_t own, size_t end) {
     static const int64_t on[2 * 8] = {[8] = -1, -1, -1, -1, -1, -1, -1, -1};
     kt_mass_part p = {.block = b, .together = together, .own = own > b->first ? own : b->first, .end = end};

@@ -330,6 +330,8 @@ KT_INLINE void accelerate(const columns *p, kind is, bool before, bool after, si
         store_state(is, x, &w->state[n]);
 }
 
+/* Accelerations of all nodes of the tree of `root`. Nodes before the strip's own have no terms psi' and s, and nodes
+ * after them have y = 0. Returns the first node of the next tree. *excess stays zero if all results are finite. */
 KT_INLINE size_t forward_pass(const columns *p, kind is, size_t root, strip *excess) {
     const kt_derivative_work *w = p->w;
     flow x;
@@ -370,6 +372,8 @@ static bool sweep_q(const kt_model *model, bool loaded, kt_derivative_work *w) {
     return loaded ? sweep(model, (kind){.q = true, .loaded = true}, w) : sweep(model, (kind){.q = true}, w);
 }
 
+/* With registers of eight lanes, one sweep serves q and v. With external wrenches, or in narrower registers, each has a
+ * sweep of its own. */
 bool KT_KERNEL(kt_derivative_forward)(const kt_model *model, bool unit, bool loaded, kt_derivative_work *w) {
     bool fine = true;
     if (WIDTH == 8 && !loaded)

@@ -12,7 +12,7 @@
 
 enum { HALF = KT_LANES / 2 };
 
-/* The entries for degree of freedom i and half a batch; by_q, by_v: D_ik, D_ki. */
+/* The entries for degree of freedom i and half a batch, k in each lane; by_q, by_v: D_ik, D_ki. */
 typedef struct pairs {
     kt_v4 by_q[2], by_v[2], mass;
 } pairs;
@@ -31,6 +31,8 @@ KT_INLINE kt_v4 dots(const double *x, size_t stride, const kt_v8 *y, size_t half
     return sum;
 }
 
+/* Computes D_ik, D_ki and M_ik for the degrees of freedom k of a half batch. Without external wrenches (`loaded`), X is
+ * zero. */
 KT_INLINE void combine(const kt_derivative_work *w, size_t i, size_t half, bool loaded, pairs *out) {
     const kt_dof_row *row = &w->row[i];
     const kt_dof_batch *own = &w->batch[i / KT_LANES], *c = &w->batch[half / 2];

@@ -54,6 +54,7 @@ KT_INLINE void set_link(const kt_planar_link *link, const kt_planar_motion *m, c
     x->g = x->fx = 0.0;
 }
 
+/* The motion of the links of a plane, accelerations less gravity, and the sums m, h, j, p, g, F of each link alone. */
 KT_INLINE void forward_pass(const kt_model *model, kt_data *data, const kt_plane *plane, const kt_dynamic_state *at,
                             const double *a, carried *links) {
     kt_planar_motion *motion = data->planar;

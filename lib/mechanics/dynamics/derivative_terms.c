@@ -9,6 +9,7 @@
 
 /* ---- forward pass: nodes, and how their degrees of freedom move -------------------------------------------------- */
 
+/* Appends a node with the next `count` degrees of freedom. The tree has branches if a parent is not the node before. */
 static inline kt_derivative_node *new_derivative_node(kt_derivative_work *w, int32_t link, int32_t parent,
                                                       int32_t count) {
     kt_derivative_node *node = &w->node[w->nodes];
@@ -63,6 +64,9 @@ static inline void apply_link_inertia(const kt_link *link, const kt_link_motion 
     }
 }
 
+/* The motion of each link, expressed about the origin and at the velocity of the tree's first link (Galilei), and its
+ * nodes and own terms. `gravity` is subtracted from the accelerations in data->motion; it is zero if these contain
+ * -gravity already (kt_motion_kept). */
 static inline void derivative_forward_pass(const kt_model *model, const kt_data *data, const double *v, const double *a,
                                            kt_v4 gravity, kt_derivative_work *w) {
     const kt_v4 none = kt_v4_splat(0.0);
@@ -168,6 +172,8 @@ static inline void set_row(const kt_dof_motion *m, double armature, bool absorb,
     memcpy(row->x, e, sizeof e);
 }
 
+/* The column of one degree of freedom in its lane, about the tree's origin: f_k with q_k and with v_k, S, psi'', phi
+ * and psi'. x has the sums of the node, from which set_row has projected its degrees of freedom in forward dynamics. */
 static inline void set_dof_column(const kt_dof_motion *m, bool loaded, const kt_derivative_link *x, kt_dof_batch *to,
                                   size_t lane) {
     const kt_articulated *r = &x->inertia;
@@ -237,7 +243,7 @@ void KT_KERNEL(kt_derivative_terms)(const kt_model *model, kt_data *data, const 
                                     const kt_wrench *external, kt_motion_kept kept, bool absorb,
                                     kt_derivative_work *w) {
     assert(kt_data_serve(model, data));
-    const kt_v4 gravity = kept == KT_MOTION_HEAVY ? kt_v4_splat(0.0) : model->gravity;
+    const kt_v4 gravity = kept == KT_MOTION_HEAVY ? kt_v4_splat(0.0) : model->gravity; /* HEAVY: a_0 = -gravity */
     derivative_forward_pass(model, data, v, a, gravity, w);
     if (external)
         load_external_wrenches(model, data, external, w);

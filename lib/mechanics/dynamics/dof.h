@@ -76,6 +76,8 @@ KT_INLINE void kt_dof_node_end(kt_dof_node *n, kt_real3 w, kt_real3 dw) {
     c->velocity = n->velocity;
 }
 
+/* Sets psi', psi'' and phi of one degree of freedom. The rotations of a free link begin a node, which its translations
+ * carry. */
 KT_INLINE void kt_dof_motion_add(const kt_dof *dof, void *context) {
     kt_dof_node *n = context;
     const kt_real3 none = kt_zero3();

@@ -120,6 +120,7 @@ kt_status kt_link_reject_inertia(const kt_model *model, size_t link, kt_error *e
                      : kt_error_set(error, KT_ERROR_SINGULAR, name_joint(model, link).text, "%s", what);
 }
 
+/* Inputs are checked only if the result is not finite, or no inertia is found, so that correct calls do not pay. */
 kt_status kt_forward_tree(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                           kt_error *error) {
     assert(kt_data_serve(model, data));

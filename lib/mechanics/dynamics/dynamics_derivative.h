@@ -123,10 +123,9 @@ typedef struct kt_derivative_work {
 /* The accelerations that data->motion holds: minus gravity after dynamics, without gravity after kinematics. */
 typedef enum kt_motion_kept { KT_MOTION_HEAVY, KT_MOTION_WEIGHTLESS } kt_motion_kept;
 
-/* The kernels. kt_derivative_terms computes the terms from data->motion, the rates v and the accelerations a. The flag
- * selects whether joints are projected out (forward dynamics) or not (inverse dynamics). The flag of
- * kt_derivative_inverse is set if there are external wrenches. The flags of kt_derivative_forward request derivatives
- * with respect to tau, and are set if there are external wrenches. The function returns false if a number is not
+/* The kernels. kt_derivative_terms computes the terms from data->motion, the rates v and the accelerations a. `absorb`:
+ * joints are projected out, for forward dynamics. `loaded`: there are external wrenches, without which X is zero.
+ * `unit`: derivatives with respect to tau are requested, too. kt_derivative_forward returns false if a number is not
  * finite. kt_planar_derivative_inverse replaces the first two functions in a plane, and does not store the terms. */
 #define KT_DERIVATIVES_DECLARE(isa)                                                                                    \
     void kt_derivative_terms_##isa(const kt_model *model, kt_data *data, const double *v, const double *a,             \

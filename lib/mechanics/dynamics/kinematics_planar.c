@@ -16,6 +16,7 @@ KT_INLINE kt_real3 in_plane(const kt_real3 basis[3], const kt_real1 x[2]) {
     return kt_add3(kt_scale3(x[0], basis[0]), kt_scale3(x[1], basis[1]));
 }
 
+/* R, omega, alpha and a of the formulas above; `rest` has A. */
 KT_INLINE void to_world(const kt_real3 basis[3], const kt_planar_rest *rest, const kt_planar_motion *flat,
                         kt_link_motion *m) {
     const kt_real1 c = flat->c, s = flat->s;
@@ -63,6 +64,8 @@ KT_INLINE kt_real3 sweep_plane(const kt_model *model, kt_data *data, const kt_pl
     return sum;
 }
 
+/* All planes. If `posed`, the data already hold the poses in the planes. Returns the first link whose motion is not
+ * finite, or 0. */
 KT_INLINE size_t sweep(const kt_model *model, kt_data *data, const kt_real1 *q, const kt_real1 *v, const kt_real1 *a,
                        bool posed) {
     kt_real3 sum = kt_zero3();

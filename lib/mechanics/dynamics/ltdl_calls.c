@@ -125,6 +125,7 @@ static void apply_sorted(kt_mass_factor *f, kt_factor_call call, int columns, do
     }
 }
 
+/* Applies a call in place to columns in the order of the velocity coordinates, after a check of the arguments. */
 KT_INLINE kt_status apply(kt_mass_factor *f, kt_factor_call call, int columns, double *x, kt_error *error) {
     if (!f || !f->is_factored)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "factor",

@@ -61,6 +61,7 @@ typedef struct entry {
     size_t nv;
 } entry;
 
+/* The entries s . n + u . f of a degree of freedom. u is the velocity that it gives the body's origin. */
 KT_INLINE void write_row(const kt_dof *dof, void *context) {
     const entry *e = context;
     const unit_wrenches *x = e->x;
@@ -74,6 +75,7 @@ KT_INLINE void write_row(const kt_dof *dof, void *context) {
         e->first[(size_t)dof->index + k * e->nv] = y[k];
 }
 
+/* The ten columns of body b: nonzero only in the rows of the degrees of freedom that carry the body. */
 KT_INLINE void write_body(const kt_model *model, const kt_data *data, size_t b, double *y) {
     const kt_link_motion *motion = data->motion;
     unit_wrenches x;

@@ -24,6 +24,7 @@ KT_INLINE void set_link_wrenches(const kt_link *link, const kt_link_motion *m, k
     x->y = kt_zero3();
 }
 
+/* From the root: velocities of the motion, W of the direction w, and the terms of each link alone. */
 KT_INLINE void forward_pass(const kt_model *model, const kt_link_motion *motion, kt_real3 gravity, const kt_real1 *v,
                             const kt_real1 *w, kt_gradient_link *links) {
     const kt_real3 none = kt_zero3();
@@ -73,6 +74,8 @@ KT_INLINE void write_dof(const kt_dof_motion *m, const kt_gradient_link *x, cons
     out->by_v[i] = kt_dots3(m->phi[0], x->h[0], m->phi[1], x->h[1]) + kt_dot3(s, x->n);
 }
 
+/* From the tips: the results of each degree of freedom from the sums over all that its link carries, which then pass to
+ * the parent. H and F are shifted as wrenches. b is W_b, of the frame that carries the node. */
 KT_INLINE void backward_pass(const kt_model *model, const kt_link_motion *motion, const kt_gradient_state *at,
                              const kt_real1 *w, kt_gradient_link *links, const kt_gradient *out) {
     for (size_t i = model->n.link - 1; i > 0; i--) {

@@ -42,6 +42,8 @@ KT_INLINE void set_link_wrenches(const kt_planar_link *link, const kt_planar_mot
     x->y = kt_real1_splat(0.0);
 }
 
+/* Velocities and accelerations of a plane's links, their velocities (w, u) in the direction w, and the sums of each
+ * link alone. The poses are in the data. */
 KT_INLINE void forward_pass(const kt_model *model, kt_data *data, const kt_plane *plane, const kt_gradient_state *at,
                             const kt_real1 *w, kt_planar_gradient_link *links) {
     const kt_const1 no_gravity[2] = {kt_real1_splat(0.0), kt_real1_splat(0.0)};
@@ -106,6 +108,8 @@ KT_INLINE void write_dof(const kt_planar_link *link, const kt_planar_motion *m, 
     out->momentum[i] = kt_dot2(e, x->p);
 }
 
+/* From the tips: the results of each joint from the sums over all that its link carries, which then pass to the parent.
+ * The moments of F and P are shifted to the parent's origin; N and Y need no shift. */
 KT_INLINE void backward_pass(const kt_model *model, const kt_planar_motion *motion, kt_planar_gradient_link *links,
                              const kt_gradient *out) {
     for (size_t k = model->n.planar - 1; k > 0; k--) {

@@ -21,6 +21,7 @@ KT_INLINE void inertial_wrench(const kt_planar_link *link, kt_planar_motion *m) 
                                 kt_sub2(kt_scale2(m->alpha, h), kt_scale2(m->omega * m->omega, first))));
 }
 
+/* The motion of a plane's links, and the wrench (n, f) that each link alone requires. */
 static inline void forward_pass(const kt_model *model, kt_data *data, const kt_plane *plane, const kt_real1 *q,
                                 const kt_real1 *v, const kt_real1 *a) {
     const kt_real1 *cosine = data->planar_cosine, *sine = data->planar_sine;

@@ -58,6 +58,8 @@ typedef struct law {
     double rates[KT_LAW_STATE_MAX];
 } law;
 
+/* The rate of one state; returns the code of the law, otherwise 0. For successive states of one effect, the law is
+ * evaluated once, and *last has its rates. */
 static int evaluate_rate(const kt_model *model, const kt_effect_record *formula, const double *values, law *last,
                          double *rate) {
     double out[6];

@@ -124,6 +124,7 @@ int kt_law_differentiate(const kt_effect_record *effect, const double *values, d
     return code;
 }
 
+/* d/dt of a law's values: sum_j of_time_j d/dx_j, with of_time the rates of its variables. */
 static int differentiate_law_by_time(const kt_effect_record *effect, const double *values, const double *of_time,
                                      double rates[6]) {
     double by[KT_FORMULA_VARIABLE_MAX][6];

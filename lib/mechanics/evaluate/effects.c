@@ -187,6 +187,8 @@ static int apply_along_path(sum *s, const kt_effect_record *effect, kt_effect_ba
     return code;
 }
 
+/* Adds the wrenches of the effects of a batch, which act on ends or along paths. Returns whether all callbacks
+ * succeeded. */
 KT_INLINE bool apply_wrenches(sum *s, const kt_effect_batch *batch) {
     const kt_effect_kind *kind = batch->kind;
     kt_effect_balance balance;
@@ -289,6 +291,8 @@ static void explain_force(const sum *s, const kt_effect_record *effect, char *te
     kt_formulas_explain(s->model, effect, values, text, size);
 }
 
+/* The error of an effect whose force or power is not finite. The advice names the argument of the formula that is at
+ * fault, if there is one. */
 static kt_status reject_force(const sum *s, const kt_effect_record *effect, kt_error *error) {
     const kt_where_text where = name_effect_at_fault(s, effect);
     char fault[120];

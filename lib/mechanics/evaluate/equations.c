@@ -68,6 +68,7 @@ static void write_front_columns(const kt_model *model, kt_data *data, size_t g, 
     }
 }
 
+/* Writes the equations of a group's loops. Equations that vanish everywhere have no slot; their rows are zero. */
 static void write_group_equations(const kt_model *model, kt_data *data, size_t g, const kt_outputs *out) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
@@ -85,9 +86,9 @@ static void write_group_equations(const kt_model *model, kt_data *data, size_t g
     }
 }
 
-/* Whether all numbers of a group's equations are finite. If fronts reduce a group, its columns would have to be
- * computed one by one. Therefore the product with a vector of ones is checked instead, because a number that is not
- * finite makes every sum not finite. */
+/* Whether all numbers of a group's equations are finite; A counts only with_jacobian. If fronts reduce a group, its
+ * columns would have to be computed one by one. Therefore the product with a vector of ones is checked instead, because
+ * a number that is not finite makes every sum not finite. */
 static bool group_is_finite(const kt_model *model, kt_data *data, size_t g, bool with_jacobian) {
     const kt_group *group = &model->group[g];
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
@@ -113,6 +114,8 @@ static kt_status reject_group(const kt_model *model, size_t g, double t, kt_erro
                         "velocity that is huge");
 }
 
+/* Fills the equations at (t, q, v), and writes the requested outputs; v may be NULL (zero). Outputs are untouched if a
+ * number is not finite. */
 static kt_status find_equations(const kt_model *model, kt_data *data, double t, const double *q, const double *v,
                                 const kt_outputs *out, kt_error *error) {
     double *vectors[3] = {out->residual, out->rate, out->drift};

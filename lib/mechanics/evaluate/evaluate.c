@@ -42,6 +42,7 @@ static kt_status reject_closed_forward(const kt_model *model, kt_data *data, con
     return kt_loops_explain(model, data, at->t, at->q, at->v, status, error);
 }
 
+/* Next to a singular position, kt_crossing_accelerate decides between this acceleration and an interpolated one. */
 kt_status kt_closed_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *given, double *a,
                             kt_error *error) {
     kt_dynamic_state at = *given;

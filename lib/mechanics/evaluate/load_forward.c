@@ -189,6 +189,8 @@ static bool any_acts(const kt_model *model, const kt_data *data, const double *v
     return any;
 }
 
+/* Newton's method from the gains at zero friction, then corrections until an evaluation reproduces the loads. If no
+ * such friction acts, the model's other forward dynamics (`unloaded`) serves alone. */
 static kt_status load_forward(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                               kt_error *error) {
     load_problem p = {.model = model, .data = data, .at = at, .n = model->n.loaded};

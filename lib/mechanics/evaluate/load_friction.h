@@ -5,7 +5,7 @@
 
 #include "evaluate/evaluate.h"
 
-/* Makes `forward` of a model whose effects are attached kt_load_forward if friction comes from loads. */
+/* If friction comes from loads, replaces model->forward of a model whose effects are attached (load_forward.c). */
 void kt_load_attach(kt_model *model);
 
 /* The part of friction that comes from the load of the last reactions in the data, at a motion in this direction, 1 or

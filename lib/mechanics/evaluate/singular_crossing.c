@@ -411,7 +411,8 @@ static bool is_direct_better(crossing *c, const double *a) {
     return c->bent || (!settled && c->rounding < (smooth ? c->interpolated : error_of_sides(c)));
 }
 
-/* Adds to the record of kt_data_crossings. If errors cannot be measured, the position itself is uncertain within
+/* Adds an evaluation next to a singular position, whose acceleration is interpolated or direct, to the record of
+ * kt_data_crossings. If errors cannot be measured, the position itself is uncertain within
  * ROUNDING of x y. */
 static void count_crossing(const crossing *c, bool interpolated) {
     const double nearest = sqrt(ROUNDING), speed = largest_difference(c->model, c->at.v, NULL), s = c->s;

@@ -367,6 +367,7 @@ static kt_status solve_island(const kt_model *model, kt_data *data, const kt_dyn
     return status;
 }
 
+/* Islands do not act on each other's accelerations, so that each is solved by itself. */
 static kt_status solve_islands(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
                                kt_error *error) {
     kt_slip_problem *p = kt_slip_problem_of(data);
@@ -389,7 +390,8 @@ static void solve_between(const kt_model *model, kt_data *data) {
     p->status = p->has_friction ? solve_islands(model, data, &at, NULL, p->error) : KT_OK;
 }
 
-/* Accelerations and normal forces, without friction unless it was added between the passes. */
+/* Accelerations and normal forces, without friction unless it was added between the passes. Friction is added
+ * between the passes only if no slip is_slow. */
 static kt_status evaluate_without_friction(const kt_model *model, kt_data *data, const kt_dynamic_state *at,
                                            bool is_slow, double *a, kt_error *error) {
     kt_slip_problem *p = kt_slip_problem_of(data);
@@ -409,7 +411,8 @@ static kt_status evaluate_without_friction(const kt_model *model, kt_data *data,
     return status;
 }
 
-/* Accelerations with friction. */
+/* Accelerations with friction, as cheaply as the model permits: friction added between the passes, or by responses that
+ * are known, or by one more evaluation with the forces of friction. */
 static kt_status accelerate(const kt_model *model, kt_data *data, const kt_dynamic_state *at, bool is_slow, double *a,
                             kt_error *error) {
     kt_slip_problem *p = kt_slip_problem_of(data);

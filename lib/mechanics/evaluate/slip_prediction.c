@@ -162,7 +162,7 @@ static bool may_hold_all(const kt_slip_problem *p) {
 }
 
 /* The prediction time tau (s), at most half of the time in which the friction in excess of the holding force stops the
- * slip. */
+ * slip. This limit requires that friction `holds` all slow contacts, or that this slip fades. */
 static double limited_prediction_time(const kt_data *data, const kt_slip_problem *p, int slow_ones, bool holds, int k) {
     const kt_coulomb_item *item = &p->c->item[k];
     const int x = item->across, y = x + 1;
@@ -226,7 +226,9 @@ static bool solve_prediction(size_t n, kt_slip_problem *p) {
 }
 
 /* Finds slip that does not grow, e . (s + tau s') < |s|, although the prediction assumed growth. Returns whether the
- * number of such contacts has grown. */
+ * number of such contacts has grown. The rates of the solution are u = s / tau + s' (predict_directions), and
+ * e = s / |s|. If friction `holds` all slow contacts, tau of resolved slip was limited already. If no solution was
+ * `found`, all slip that may fade counts as fading, since a smaller tau may have a solution. */
 static bool find_fading(const kt_data *data, kt_slip_problem *p, bool holds, bool found) {
     bool any = false;
     for (int i = 0; i < p->c->n; i++) {

@@ -12,12 +12,12 @@
 #include "effect/effect.h"
 
 typedef struct kt_variable_source {
-    const kt_data *data;
-    const kt_real1 *q, *v, *x;
+    const kt_data *data;       /* the links that carry forces */
+    const kt_real1 *q, *v, *x; /* x: auxiliary states */
     kt_real1 t;
 } kt_variable_source;
 
-/* A coordinate of a marker, or its rate, in the world. */
+/* A coordinate of a marker in the world, or its rate (is_rate). */
 KT_INLINE kt_real1 kt_variable_marker(const kt_data *data, const kt_variable_record *variable, bool is_rate) {
     const kt_force_frame *link = &data->force_link[variable->force_link];
     const kt_triple arm = kt_columns_apply(kt_columns_of3(link->link.axes), kt_triple_of_model(variable->arm));
@@ -27,7 +27,7 @@ KT_INLINE kt_real1 kt_variable_marker(const kt_data *data, const kt_variable_rec
     return variable->component == 0 ? point.x : variable->component == 1 ? point.y : point.z;
 }
 
-/* The distance of two ends, or its rate. */
+/* r, or r' (is_rate). */
 KT_INLINE kt_real1 kt_variable_distance(const kt_effect_frame *end, bool is_rate) {
     const kt_triple d = kt_triple_sub(end[1].point, end[0].point);
     const kt_triple moving = kt_triple_sub(end[1].velocity, end[0].velocity);

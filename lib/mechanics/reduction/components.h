@@ -44,6 +44,7 @@ KT_SHIFTS(kt_v4, _of4)
 
 /* ---- inertias, by columns ---------------------------------------------------------------------------------------- */
 
+/* The 6 x 6 matrix [J H; G M] of an articulated inertia, by columns; H = G'. */
 KT_INLINE void kt_inertia_to_matrix(const kt_articulated *x, double *to) {
     for (int c = 0; c < 3; c++)
         for (int r = 0; r < 3; r++) {

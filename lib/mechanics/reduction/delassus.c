@@ -471,7 +471,8 @@ KT_INLINE void sweep_responses(const sweep *s, shape is, kt_real3 ground, sums *
     }
 }
 
-/* Adds the accelerations due to B mu to the joint accelerations without multipliers. */
+/* Adds the accelerations due to B mu to the joint accelerations without multipliers, which the forward pass then
+ * completes. In the plane they are in other arrays than in space. */
 KT_INLINE void add_responses(const sweep *s, bool planar, kt_real4 mu) {
     const int32_t *link = s->model->group_link + s->f.group->link;
     const int n = EQUATIONS(s);

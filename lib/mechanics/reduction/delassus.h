@@ -58,9 +58,10 @@ static inline size_t kt_delassus_count(size_t m) {
            (sizeof(kt_delassus_equations) + m + 7) / 8;
 }
 
+/* The arrays of a group (kt_delassus_count). Each vector of four has one number for each equation. */
 typedef struct kt_delassus {
-    kt_real4 *column;    /* m */
-    kt_real4 *load;      /* KT_FRONT_SPACE m */
+    kt_real4 *column;    /* m: the rows of B */
+    kt_real4 *load;      /* KT_FRONT_SPACE m: wrenches on links, by the links' first coordinates */
     kt_real4 *transform; /* C, rows */
     kt_real1 *inverse;   /* d, m */
     kt_delassus_equations *equations;
@@ -70,6 +71,7 @@ typedef struct kt_delassus {
 /* Whether `load` has wrenches on a link, and `column` joint forces. */
 enum { KT_DELASSUS_WRENCH = 1, KT_DELASSUS_FORCE = 2 };
 
+/* Finds the arrays of group g, in the order of kt_delassus_count, where other groups have those of fronts. */
 KT_INLINE void kt_delassus_find(const kt_model *model, const kt_data *data, size_t g, kt_delassus *d) {
     const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
     kt_real4 *at = (kt_real4 *)(void *)w.front; /* groups' matrices begin at multiples of eight numbers */

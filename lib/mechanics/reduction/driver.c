@@ -37,6 +37,7 @@ static void driver_multipliers(const kt_model *model, kt_data *data, const doubl
     }
 }
 
+/* The null spaces of groups without fronts; those of other groups are computed column by column (`nullspace`). */
 static void driver_basis(const kt_model *model, kt_data *data) {
     for (size_t g = 0; g < model->n.group; g++) {
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
@@ -70,6 +71,8 @@ static kt_relation_row relation_row(const kt_model *model, const kt_loop_record 
     return row;
 }
 
+/* The first equation of a loop (kt_reduction_kernels.first_row). u is the velocity of the second end's point as seen
+ * from the first end. */
 static kt_relation_row first_row(const kt_model *model, const kt_data *data, size_t loop, double t, const double *q,
                                  const double *v) {
     const kt_loop_record *of = &model->loop[loop];

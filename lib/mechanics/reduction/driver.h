@@ -4,7 +4,10 @@
  * This file is compiled three times. With KT_PLANAR it yields the kernels for models with planar links
  * (planar_driver.c). Without KT_PLANAR it yields the kernels that treat all links as spatial (driver.c). Reactions have
  * components out of the plane, so that only the spatial kernels compute them (reaction.c). In lanes, the file yields
- * only its first part, for models of either kind (lane_groups.c). */
+ * only its first part, for models of either kind (lane_groups.c).
+ *
+ * Flags: `moving`, the right-hand sides b'' are wanted, otherwise velocities count as zero; `regular`, directions that
+ * are about to be lost near a singular position are left out (kernel.h). */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_PLANAR
 #error "KT_PLANAR must be true or false, or in lanes a property of `model`"
@@ -199,6 +202,7 @@ KT_INLINE void follow(const kt_model *model, kt_data *data, const double *q, con
     }
 }
 
+/* The equations of a single loop, with right-hand sides b'', into the slots of its group's matrices. */
 KT_INLINE void fill_loop(const kt_model *model, const kt_data *data, const kt_dynamic_state *at, int index,
                          const int32_t *slot, const kt_group_work *w) {
     const kt_loop_record *loop = &model->loop[index];

@@ -148,6 +148,7 @@ KT_INLINE bool kt_front_is_fixed(const kt_front *f, int32_t local) {
 #endif
 }
 
+/* Finds the arrays of a group for the equations `rows`. compile/front_order.c counts their numbers (shared_count). */
 static inline void kt_front_find(const kt_model *model, kt_data *data, size_t g, kt_rows rows, kt_front *f) {
     const kt_group *group = &model->group[g];
     const kt_front_plan *plan = &group->front;
@@ -199,6 +200,7 @@ typedef struct kt_front_factor {
     double *gain;       /* rows of components + kept, padded */
 } kt_front_factor;
 
+/* Finds the results of step s, which lie behind each other in the order of kt_front_factor. */
 static inline void kt_front_factor_find(const kt_front *f, int s, kt_front_factor *x) {
     const kt_front_count *c = &f->count[s];
     const size_t n = (size_t)c->params, k = (size_t)c->rows, v = (size_t)c->vectors, base = KT_FRONT_SPACE;

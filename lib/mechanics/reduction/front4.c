@@ -56,7 +56,7 @@ KT_INLINE void apply_link_inertia(front4 *s, const kt_planar_inertia *x, const f
 }
 
 /* Takes a link, whose coordinate is parameter n, and adds its energy and its force; without tau, the square of the
- * coordinate. */
+ * coordinate. has_armature is a constant at each use, so that models without armature have code of their own. */
 KT_INLINE void add_front4_link(front4 *s, const kt_front_step *step, int n, const double *tau, bool has_armature) {
     const int32_t k = step->link + s->f.model->to_planar;
     const kt_planar_link *link = &s->f.model->planar[k];
@@ -218,7 +218,8 @@ static bool minimise_parameters(const front4 *s, int n, kt_v4 *out) {
     return true;
 }
 
-/* A step; *n parameters before and after. */
+/* A step: takes a link, completes its loops, and minimises if no link remains open. *n is the number of parameters
+ * before and after. Returns false near a singular position, or if an inertia is not positive. */
 KT_INLINE bool advance(front4 *s, int at, const double *usual, const double *tau, bool has_armature, int *n) {
     const kt_front_step *step = &s->f.step[at];
     kt_front4_step *kept = &s->kept[at];

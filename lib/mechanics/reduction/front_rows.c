@@ -4,7 +4,7 @@
  * paths of any length. A row is stored as the wrenches (n, f) of a unit multiplier on its two links, about their
  * origins. Its entry for a coordinate is the sum of n . w + f . v for the velocities (w, v) that the coordinate gives
  * to the links. For loops on the ground a point near the first loop replaces the world's origin, which may be far
- * away. */
+ * away. Without `moving`, velocities count as zero, and b'' is not needed. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "reduction/front.h"
 
@@ -83,6 +83,9 @@ static void move_spatial(const kt_front *f, const kt_front_motion *from, int32_t
 
 /* ---- loops ------------------------------------------------------------------------------------------------------- */
 
+/* The equations of a loop in the plane: right-hand sides, and the wrenches of unit multipliers on both links. The
+ * reaction on the first link acts at the second end's point, hence its arm has d in addition. Without `moving`,
+ * velocities count as zero. */
 static void evaluate_planar(const kt_front *f, int32_t index, const kt_front_motion *parent, bool moving, kt_real1 t) {
     const kt_loop_record *loop = &f->model->loop[index];
     const kt_planar_loop *flat = &f->model->planar_loop[index];
@@ -137,6 +140,7 @@ static kt_real3 place_end(const kt_front *f, const kt_loop_record *loop, int k, 
     return arm;
 }
 
+/* The wrench of a unit multiplier about the origin of a link, from which the row's point is at `arm`. */
 static void store_wrench(const kt_loop_row *row, kt_real3 arm, double sign, kt_real1 *w) {
     const kt_real3 moment = kt_add3(row->moment, kt_cross3(arm, row->force));
     for (int c = 0; c < 3; c++) {
@@ -145,6 +149,7 @@ static void store_wrench(const kt_loop_row *row, kt_real3 arm, double sign, kt_r
     }
 }
 
+/* Likewise in space. */
 static void evaluate_spatial(const kt_front *f, int32_t index, const kt_front_motion *parent, bool moving, kt_real1 t) {
     const kt_loop_record *loop = &f->model->loop[index];
     const int32_t *slot = f->model->slot + loop->slot;

@@ -237,7 +237,8 @@ KT_INLINE void couple(const kt_front *f, int t, int u, const double *y, double *
     }
 }
 
-/* Minimises over the parameters that nothing sees: p_u = free - gain (A, p_t). */
+/* Minimises over the parameters that nothing sees: p_u = free - gain (A, p_t). If checks_size, returns false if a pivot
+ * is rounding relative to f->size; otherwise only a pivot that is not positive fails. */
 KT_INLINE bool minimise(const kt_front *f, int s, const kt_front_factor *x, int base, bool checks_size) {
     const kt_front_count *count = &f->count[s];
     const int t = base + count->kept, u = count->left - count->kept, all = t + u, stride = f->stride;
@@ -281,7 +282,8 @@ static __attribute__((noinline)) void add_armature(const kt_front *f, const kt_l
     }
 }
 
-/* Adds the energy of a link's own coordinates, and for dynamics all of its energy. */
+/* Adds the energy of a link's own coordinates, and for dynamics all of its energy. has_armature is a constant at each
+ * use, so that models without armature have code of their own. */
 KT_INLINE void add_link(const kt_front *f, int s, const kt_front_factor *x, const kt_front_aim *aim, int base,
                         int first, bool has_armature) {
     const kt_front_step *step = &f->step[s];

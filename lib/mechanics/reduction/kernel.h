@@ -51,7 +51,8 @@ typedef struct kt_reduction_kernels {
      * those of the state of the last `forward`, whose velocities are v. Leaves the accelerations of the links, minus
      * gravity. NULL in the table for planar links. */
     void (*multipliers)(const kt_model *model, kt_data *data, const double *v, const double *a);
-    /* Computes the null spaces of the groups' equations as last factored, into their work memory; likewise NULL. */
+    /* Computes the null spaces of the equations as last factored, of groups without fronts, into their work memory. Of
+     * groups with fronts, `nullspace` has the columns. Likewise NULL. */
     void (*basis)(const kt_model *model, kt_data *data);
     /* Computes the wrenches of the loops for these multipliers (loop_wrenches.c); likewise NULL. */
     void (*react)(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *idle,

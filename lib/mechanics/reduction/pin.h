@@ -174,6 +174,8 @@ typedef struct kt_pin_sum {
     kt_planar_inertia total;
 } kt_pin_sum;
 
+/* Adds the terms of link i to the sums: its wrench IA A + (n, f), power U . wrench, and U . IA U. ground: -gravity if
+ * the group is on the ground. If the group `rides` on a moving parent, also p, Ic and W about the parent's origin. */
 KT_INLINE void kt_pin_add(const kt_pin *p, int i, const kt_pin_body *body, kt_real2 ground, bool rides,
                           const kt_planar_inertia *x, kt_pin_sum *sum) {
     const kt_real2 h = kt_load2(x->h), a = kt_add2(body->a, kt_add2(p->bias[i], ground));
@@ -230,6 +232,9 @@ KT_INLINE void kt_pin_sum_path(const kt_model *model, const kt_data *data, const
     }
 }
 
+/* Eliminates the whole group. On the ground, it writes the accelerations to a. Otherwise x0 + n z, n and the momentum
+ * of n over D are stored for the forward pass, and the parent receives the inertia and the bias wrench of the group.
+ * Returns false near a singular position, or if D is no inertia. */
 KT_INLINE kt_condition kt_pin_eliminate(const kt_model *model, kt_data *data, const kt_pin_group *g,
                                         const kt_const1 *gravity, const kt_real1 *v, const kt_real1 *tau, kt_real1 *a) {
     assert(g->group->v_count == KT_PIN_LINKS);

@@ -195,7 +195,8 @@ static kt_condition eliminate_group(const closure *c, const kt_planar_link *link
                                : eliminate_dense(model, data, group, &w, top, tau, false, c->a);
 }
 
-/* The accelerations of a group, from the acceleration of its parent. */
+/* The accelerations of a group, from the acceleration of its parent. `pins`: groups of one pin were eliminated in
+ * closed form. */
 static void respond_group(const kt_model *model, kt_data *data, int32_t g, int32_t top, bool pins, kt_real1 *a) {
     const kt_group *group = &model->group[g];
     if (pins && group->form == KT_FORM_PIN) {

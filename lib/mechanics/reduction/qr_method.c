@@ -102,6 +102,8 @@ static int factor_small(const kt_group_work *w, int cap, kt_condition *full) {
 
 #ifndef KT_LANES
 
+/* Factors a group by LAPACK. Returns the rank, at most `cap`, or -1 if a number is not finite. The i-th direction is
+ * lost if |R_ii| is not above the tolerance relative to the first. */
 static int factor_large(kt_group_work *w, int cap) {
     assert(cap >= 0 && cap <= w->m && cap <= w->k);
     const int size = (int)kt_group_work_count((size_t)w->m, (size_t)w->k);
@@ -133,7 +135,7 @@ static int factor_qr_method(kt_group_work *w, int cap) {
 
 #endif
 
-/* X (m x columns) = Q X with the first `count` reflectors, or Q' X. */
+/* X (m x columns) = Q X with the first `count` reflectors, or Q' X if `transposed`. */
 KT_INLINE void apply(const kt_group_work *w, int count, bool transposed, kt_real1 *x, int columns) {
     assert(count >= 0 && count <= w->m && count <= w->k);
     const size_t m = (size_t)w->m;
@@ -153,6 +155,7 @@ KT_INLINE void apply(const kt_group_work *w, int count, bool transposed, kt_real
         }
 }
 
+/* x = Q1 y with R1' y = P' b: the least solution. */
 KT_INLINE void particular(const kt_group_work *w, int rank, const kt_real1 *b, kt_real1 *x) {
     const kt_qr qr = qr_of(w);
     kt_qr_solve_transposed(&qr, w->m, rank, b, x);
@@ -165,6 +168,7 @@ KT_INLINE void particular(const kt_group_work *w, int rank, const kt_real1 *b, k
 #endif
 }
 
+/* w->basis = Q2, as the last columns of Q applied to unit vectors. */
 KT_INLINE void basis(const kt_group_work *w, int rank) {
     const size_t m = (size_t)w->m;
     memset(w->basis, 0, m * (m - (size_t)rank) * sizeof *w->basis);

@@ -333,7 +333,8 @@ static void respond_armature(const kt_model *model, kt_data *data, size_t i, kt_
         respond(model, data, i, at, a);
 }
 
-/* Either with armature. */
+/* The passes of kt_spatial_links_accelerate with armature. delassus: groups with forms of their own are solved between
+ * the passes. */
 static __attribute__((noinline)) size_t accelerate_armature(const kt_model *model, kt_data *data, const kt_real1 *tau,
                                                             size_t end, bool delassus, kt_real1 *a) {
     const size_t failed =
