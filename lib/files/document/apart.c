@@ -22,6 +22,7 @@ static void set_limit(int what, rlim_t most) {
     (void)setrlimit(what, &limit);
 }
 
+/* Bounds the time and the memory of the child process, and silences its streams: a library may print on its own. */
 static void set_limits(double seconds) {
     set_limit(RLIMIT_CORE, 0);
     set_limit(RLIMIT_CPU, (rlim_t)seconds + 1); /* it ends, too, if its parent has ended before */

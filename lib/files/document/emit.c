@@ -73,6 +73,7 @@ static void before_value(kt_emitter *e, bool block) {
     level->count++;
 }
 
+/* flow: in brackets, as is everything within. */
 static void open_level(kt_emitter *e, bool list, bool flow) {
     const kt_emit_level *outer = top(e);
     flow = flow || (outer != NULL && outer->flow);
@@ -141,6 +142,7 @@ static void emit_text(kt_emitter *e, const char *text) {
         emit_escaped(e, text);
 }
 
+/* The first key of a map that is an item of a list is on the line of the item's dash. */
 static void begin_key(kt_emitter *e) {
     kt_emit_level *level = &e->levels[e->depth - 1];
     const kt_emit_level *outer = e->depth > 1 ? level - 1 : NULL;

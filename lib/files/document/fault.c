@@ -142,6 +142,7 @@ static bool add_scope_path(kt_phrase *phrase, const kt_scope *scope) {
     return true;
 }
 
+/* Begins a message with the innermost item that has a noun ("body 'arm': "), then the path of keys within it. */
 static void add_scope(kt_phrase *phrase, const kt_scope *scope) {
     const kt_scope *item = scope;
     while (item != NULL && item->noun == NULL)

@@ -27,6 +27,7 @@ static void write_quoted(const char *text, FILE *stream) {
     fputc('"', stream);
 }
 
+/* A scalar is read back as the same kind: a text that looks like a number keeps its quotes. */
 static void write_scalar(const kt_node *node, FILE *stream) {
     double value;
     const char *text = node->of.text;

@@ -214,6 +214,7 @@ static void report_misspelt(kt_reading *reading, kt_node *key) {
 /* So many keys fit into a message. Only a mapping of unknown type has more, since it can have the keys of all types. */
 enum { LISTED_KEYS = 40 };
 
+/* The keys that an item can have are listed with its first unknown key alone. */
 static void report_unknown_key(kt_reading *reading, kt_node *key) {
     const kt_fields *fields = &reading->fields;
     kt_phrase what = {.length = 0};

@@ -136,6 +136,7 @@ static void XMLCALL end_element(void *user, const XML_Char *name) {
     x->at = x->at->parent;
 }
 
+/* The parser gives one text in several pieces. */
 static void XMLCALL add_text(void *user, const XML_Char *text, int length) {
     kt_xml *x = user;
     if (x->reader->out_of_memory)

@@ -67,6 +67,8 @@ typedef struct open_edges {
     const edge *hole, *twist; /* the first of them */
 } open_edges;
 
+/* Edges are sorted, so that edges between the same vertices are neighbours. In a closed surface as many triangles rise
+ * along an edge as fall. An odd number is a hole; an even number without balance, a triangle inside out. */
 static open_edges find_open_edges(const edge *edges, size_t count) {
     open_edges found = {.holes = 0};
     for (size_t i = 0, end = 0; i < count; i = end) {

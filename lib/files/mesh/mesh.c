@@ -102,6 +102,7 @@ static bool is_msh(const char *text, size_t size) {
            16 + 12 * v + 12 * n + 8 * t + 12 * f == size;
 }
 
+/* MuJoCo's format: the numbers of vertices, normals, texture coordinates and triangles, then these arrays. */
 static void read_msh(maker *m, const char *text) {
     const uint32_t vertices = integer_at(text), triangles = integer_at(text + 12);
     const char *at = text + 16, *faces = at + 12 * (size_t)vertices + 12 * (size_t)integer_at(text + 4) +
@@ -264,6 +265,7 @@ static void read_mesh_text(maker *m, const char *text, size_t size) {
     free(copy);
 }
 
+/* Vertices without a triangle stand for their hull. */
 static kt_status finish_mesh(maker *m, kt_triangles *mesh) {
     if (m->status == KT_OK && m->mesh.triangle_count == 0 && m->mesh.vertex_count < 4)
         (void)fail_mesh(m, KT_ERROR_SCENE, "there is no triangle in the mesh");

@@ -167,6 +167,8 @@ static void find_stiffness(const kt_beam *b, double part, double apart, bool hin
         k[i] = is_along(section[i]) && !(hinged && i >= 3) ? value_along(section[i], part) / apart : 0.0;
 }
 
+/* A thin rod. In space the section adds m EI_k / EA about axis k, or half of the polar inertia, and about the rod's
+ * axis the sum of both. */
 static kt_sym3 find_inertia(const kt_beam *b, double part, double l, double mass) {
     double inertia[3] = {0.0, mass * l * l / 12.0, mass * l * l / 12.0};
     const double square =

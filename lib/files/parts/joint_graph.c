@@ -109,6 +109,7 @@ static kt_status compose_rotations(const kt_rotation *a, const kt_rotation *b, g
     return status;
 }
 
+/* Finds the vertex (0: the world) and the pose of an end in its body. */
 static kt_status place_end(graph_work *w, int joint, const kt_end *end, graph_end *out, kt_error *error) {
     const bool is_world = end->body == NULL || strcmp(end->body, "world") == 0;
     const kt_rotation none = {.type = KT_ROTATION_NONE};
@@ -409,6 +410,7 @@ static int rigid_of(const graph_work *w, int vertex) {
     return vertex;
 }
 
+/* A joint outside of the tree becomes a loop. Between parts that are fixed to each other anyway, it is left out. */
 static kt_status close_graph_loop(graph_work *w, int i, kt_error *error) {
     kt_graph *g = w->graph;
     const kt_graph_joint *j = &g->joints[i];

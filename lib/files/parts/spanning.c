@@ -47,6 +47,7 @@ typedef struct spanning_search {
     int *root, given_count, root_count; /* roots: the given ones first */
 } spanning_search;
 
+/* The edges whose end `end` is vertex v become edges[first[v]] to edges[first[v + 1] - 1], by counting. */
 static bool sort_by_end(kt_pool *pool, const kt_spanning *g, int end, incidence *at) {
     int *ends = kt_pool_take(pool, (size_t)g->vertex_count + 2, sizeof *ends);
     at->edges = kt_pool_take(pool, (size_t)g->edge_count + 1, sizeof *at->edges);
@@ -171,6 +172,8 @@ static edge_rank rank_of(const spanning_search *s, int index) {
     return (edge_rank){.weight = edge->weight, .height = a > b ? a : b, .sum = a + b, .away = a > b, .index = index};
 }
 
+/* Kruskal's algorithm: by rank, an edge is used unless its ends are connected already. Edges to be cut are never used.
+ */
 static void choose_edges(spanning_search *s) {
     kt_spanning *g = s->graph;
     for (int i = 1; i < s->root_count; i++)

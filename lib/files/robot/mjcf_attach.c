@@ -100,6 +100,7 @@ static bool has_prefix(const char *attribute) {
     return scope_of_reference(attribute) >= 0 || kt_words_have(" name mesh hfield ", attribute);
 }
 
+/* Puts the prefix before all names and references in an element and in everything below it. */
 static void rename_all(kt_mjcf *m, kt_element *e, const char *prefix) {
     const char **own = kt_element_own(m->r, e);
     for (size_t i = 0; own != NULL && own[i] != NULL; i += 2) {
@@ -118,6 +119,8 @@ static void rename_all(kt_mjcf *m, kt_element *e, const char *prefix) {
 
 static void list_joints(kt_mjcf *m, kt_element *within, kt_list *joints);
 
+/* Lists the joints of one kind in a body, or follows its bodies (name: body). Frames are no bodies: their contents
+ * belong to the body around them. */
 static void list_here(kt_mjcf *m, kt_element *within, const char *name, kt_list *joints) {
     for (kt_element *e = within->first; e != NULL && !m->r->out_of_memory; e = e->next) {
         if (strcmp(e->name, "frame") == 0) {

@@ -17,6 +17,7 @@
 
 /* ---- joints ------------------------------------------------------------------------------------------------------ */
 
+/* The unit of the coordinates of a joint in the file, rad or m. */
 static double angle_of(const kt_mjcf *m, const kt_mjcf_joint *j) {
     return j->type == KT_MJCF_HINGE ? kt_mjcf_settings_of(m, j->element)->angle : 1.0;
 }
@@ -58,6 +59,7 @@ static void read_force(kt_mjcf *m, kt_mjcf_joint *j) {
         kt_unknown_count(&m->changes, "actuatorgravcomp of a joint whose actuators are limited", e);
 }
 
+/* frame: the pose in the body of the <frame> around the joint. Coordinates are numbered in MuJoCo's order. */
 static void add_mjcf_joint(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
     const bool is_freejoint = strcmp(e->name, "freejoint") == 0;
     const int index = m->joints.count;
@@ -122,6 +124,7 @@ static void collect_body(kt_mjcf *m, int body) {
     kt_mjcf_for_each(m, e, "body", body, add_mjcf_body);
 }
 
+/* frame: the pose in the parent of the <frame> around the body. */
 static void add_mjcf_body(kt_mjcf *m, const kt_element *e, int parent, kt_pose frame) {
     const int index = m->bodies.count;
     kt_mjcf_body *b = kt_list_add(m->r, &m->r->scratch, &m->bodies, sizeof *b);
@@ -269,6 +272,8 @@ static bool stands_free(const kt_mjcf_body *b, const kt_mjcf_joint *j) {
     return j->type == KT_MJCF_FREE && kt_same_bits(&b->frame, &identity, sizeof identity);
 }
 
+/* Makes one body of the scene for each joint (top of the file). The last one is the body itself if it `is_own`;
+ * otherwise the body is fixed to it. */
 static void make_mjcf_body(kt_mjcf *m, int index) {
     const kt_mjcf_body *b = kt_mjcf_body_at(m, index);
     const char *parent = kt_mjcf_body_at(m, b->parent)->name;

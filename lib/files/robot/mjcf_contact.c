@@ -27,6 +27,8 @@ typedef struct surface {
 
 static surface *surface_at(const kt_mjcf *m, int i) { return (surface *)m->surfaces.items + i; }
 
+/* Numbers that an element lacks stay as they are. A geom has frictions of sliding, torsion and rolling; a pair has two
+ * of sliding, one of torsion, and two of rolling. */
 static void read_law(kt_mjcf *m, const kt_element *e, const char *tag, kt_contact_law *l) {
     const bool is_pair = strcmp(tag, "pair") == 0; /* two numbers of sliding and two of rolling friction */
     double friction[5] = {l->friction, is_pair ? l->friction : l->torsion, is_pair ? l->torsion : l->rolling,
@@ -64,6 +66,7 @@ void kt_mjcf_add_surface(kt_mjcf *m, const kt_element *e, int body, kt_solid sol
     read_law(m, e, "geom", &s->law);
 }
 
+/* The law of two geoms by the rules at the top. A <pair> overrides its numbers. */
 static kt_contact_law mix_laws(const kt_contact_law *a, const kt_contact_law *b) {
     const double sum = a->mix + b->mix, part = sum > 0.0 ? a->mix / sum : 0.5;
     const bool is_direct = a->reference[0] <= 0.0 || b->reference[0] <= 0.0;
@@ -133,6 +136,7 @@ static const kt_element *find_pair(const kt_mjcf *m, const kt_element *a, const 
     return NULL;
 }
 
+/* Whether an <exclude> names both bodies, in any order. */
 static bool is_excluded(const kt_mjcf *m, int a, int b) {
     const int bodies[2] = {a, b};
     for (const kt_element *e = kt_mjcf_section(m, "contact", NULL); e != NULL; e = kt_mjcf_section(m, "contact", e)) {
@@ -180,6 +184,7 @@ static const char *body_name(const kt_mjcf *m, const surface *s) {
 
 /* ---- effects ----------------------------------------------------------------------------------------------------- */
 
+/* The contact begins at the distance l.distance, by which the plane is moved along its normal. */
 static void add_plane_contacts(kt_mjcf *m, const kt_contact_cone *of, const surface *plane, const surface *s) {
     const kt_mjcf_body *b = kt_mjcf_body_at(m, s->body);
     kt_contact_law l;

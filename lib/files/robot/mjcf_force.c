@@ -174,6 +174,7 @@ void kt_mjcf_passive(kt_mjcf *m) {
 
 /* ---- fixed tendons ----------------------------------------------------------------------------------------------- */
 
+/* Adds c q of a joint to a fixed tendon L = sum of c q, and to L at the reference, at rest and at the start. */
 static void add_term(kt_mjcf *m, const kt_element *e, kt_mjcf_tendon *t) {
     const int joint = kt_mjcf_find(m, e, "joint", KT_MJCF_JOINTS);
     const double coefficient = kt_mjcf_number(m, e, NULL, "coef", 0.0);
@@ -255,6 +256,8 @@ static bool is_chain(const kt_mjcf *m, const kt_mjcf_tendon *t) {
     return true;
 }
 
+/* Without a springlength, a spring rests where all joints' springs rest. Only a tendon that acts gets a coordinate
+ * (kt_mjcf_find_length). */
 static void act_in_tendon(kt_mjcf *m, kt_mjcf_tendon *t) {
     double rest[2] = {-1.0, -1.0}, range[2] = {0.0, 0.0}, stiffness[3], damping[3];
     const kt_element *e = t->element;

@@ -90,6 +90,7 @@ static bool counts(kt_mjcf *m, const kt_element *e) {
     return m->geoms_have_mass && group >= m->body_settings->group_first && group <= m->body_settings->group_last;
 }
 
+/* volume: that of a mesh, whose own moments are those of density 1. */
 static void set_moments(geom *g, double volume) {
     const kt_solid solid = weighed_solid_of(g);
     const kt_vec3 moments =

@@ -53,6 +53,7 @@ kt_coordinates kt_mjcf_coordinates_of(const kt_mjcf *m, const kt_model *model, c
 
 /* ---- lengths ----------------------------------------------------------------------------------------------------- */
 
+/* The points of a path, each with an index into l->bodies, which lists each body once. */
 static bool read_reach_points(length *l) {
     const kt_mjcf_tendon *t = tendon_of(l);
     l->points = kt_reader_take(l->m->r, &l->m->r->scratch, (size_t)t->path_count + 1, sizeof *l->points);

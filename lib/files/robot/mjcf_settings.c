@@ -16,6 +16,7 @@ static void read_sequence(kt_mjcf *m, const kt_element *e, char sequence[4]) {
         (void)kt_mjcf_fault(m, e, "eulerseq: expected three of x, y, z, X, Y, Z, found '%.40s'", text);
 }
 
+/* An attribute that is missing keeps the value of an earlier <compiler>. */
 static void read_compiler(kt_mjcf *m, const kt_element *e) {
     static const char *const angles[] = {"degree", "radian", NULL}, *const coordinates[] = {"local", NULL};
     static const char *const from_geoms[] = {"false", "true", "auto", NULL};

@@ -159,6 +159,8 @@ static bool is_between_points(const kt_mjcf_tendon *t, int i) {
            !(p[i + 1].divisor > 0.0);
 }
 
+/* A pulley ends a branch of the path; the first point behind it has its divisor. Returns false if the path is
+ * incomplete. */
 static bool read_tendon_points(kt_mjcf *m, kt_mjcf_tendon *t) {
     double divisor = 0.0;
     int first = 0;
@@ -192,6 +194,7 @@ static bool read_tendon_points(kt_mjcf *m, kt_mjcf_tendon *t) {
     return t->path_count > 1;
 }
 
+/* The number of different bodies along the path. */
 static int count_bodies(const kt_mjcf_tendon *t) {
     int count = 0;
     for (int i = 0; i < t->path_count; i++) {

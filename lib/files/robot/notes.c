@@ -15,6 +15,7 @@ void kt_left_count(kt_left *left, const kt_element *e) {
         left->first = e;
 }
 
+/* If there are too many texts, the last entry counts all further ones. */
 void kt_unknown_count(kt_unknown *unknown, const char *what, const kt_element *e) {
     int i = 0;
     while (i < unknown->count && strcmp(unknown->left[i].what, what) != 0)

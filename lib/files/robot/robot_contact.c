@@ -15,6 +15,7 @@
 
 #include <math.h>
 
+/* A contact of a sphere about the point `at` of the shape with the plane of the ground. */
 static kt_effect *add_shape_contact(kt_draft *d, const kt_contact_shape *shape, const kt_ground *ground, kt_vec3 at,
                                     double radius) {
     kt_effect *effect = kt_draft_effect(d, shape->element, KT_EFFECT_CONTACT);

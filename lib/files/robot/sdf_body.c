@@ -228,6 +228,7 @@ static kt_loop_type pair_type(kt_sdf *m, const kt_sdf_joint *first, const kt_sdf
     return KT_LOOP_UNIVERSAL;
 }
 
+/* Both halves of a joint of two axes form one loop, between the parent of the first and the child of the last half. */
 static void close_loop(kt_sdf *m, kt_sdf_joint *j) {
     static const kt_loop_type types[KT_JOINT_TYPE_COUNT] = {
         [KT_JOINT_FIXED] = KT_LOOP_WELD,          [KT_JOINT_REVOLUTE] = KT_LOOP_REVOLUTE,

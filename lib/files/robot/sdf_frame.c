@@ -18,6 +18,7 @@
 
 static void add_children(kt_sdf *m, const kt_element *within, int scope, int home);
 
+/* home: -1 for the outermost item, which has no name. */
 static int add_frame(kt_sdf *m, kt_sdf_kind kind, const kt_element *e, int scope, int home) {
     const int index = m->frames.count;
     kt_sdf_frame *f = kt_list_add(m->r, &m->r->scratch, &m->frames, sizeof *f);
@@ -277,6 +278,9 @@ static void find_canonical(kt_sdf *m) {
         }
 }
 
+/* A link follows itself, a model its canonical link, a joint its child, and a frame the item that it is attached to.
+ * Joints and frames have their poses in what they follow, links and models in `home`, unless relative_to names a frame.
+ */
 static void find_frame_base(kt_sdf *m, int i) {
     kt_sdf_frame *f = kt_sdf_frame_at(m, i);
     int standard = f->home;

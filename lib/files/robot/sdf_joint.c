@@ -64,6 +64,7 @@ void kt_sdf_read_axis(kt_sdf *m, kt_sdf_joint *j, const char *which) {
         j->expressed = j->frame; /* which has been reported */
 }
 
+/* screw_thread_pitch has precedence; without either element, the pitch is 1 m for each turn. */
 static void read_pitch(kt_sdf *m, kt_sdf_joint *j) {
     double thread = 1.0, pitch = 1.0;
     const bool has_thread = kt_sdf_numbers(m, j->element, "thread_pitch", 1, &thread);
@@ -78,6 +79,7 @@ static void read_pitch(kt_sdf *m, kt_sdf_joint *j) {
 
 /* ---- joints ------------------------------------------------------------------------------------------------------ */
 
+/* is_between: the link without mass between the two axes of a joint, whose element and frame it has. */
 static int add_link(kt_sdf *m, const kt_element *e, int frame, bool is_between) {
     const int index = m->links.count;
     kt_sdf_link *link = kt_list_add(m->r, &m->r->scratch, &m->links, sizeof *link);
@@ -89,6 +91,7 @@ static int add_link(kt_sdf *m, const kt_element *e, int frame, bool is_between) 
     return index;
 }
 
+/* which: the child element that describes the axis. */
 static void add_sdf_joint(kt_sdf *m, int frame, kt_joint_type type, const char *which, int parent, int child) {
     const int index = m->joints.count;
     kt_sdf_joint *j = kt_list_add(m->r, &m->r->scratch, &m->joints, sizeof *j);

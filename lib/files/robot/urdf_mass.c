@@ -33,6 +33,7 @@ static const kt_element *find_first_named(const kt_element *transmission, const 
     return NULL;
 }
 
+/* A rotor of the inertia J behind the reduction n acts in the joint as the armature n^2 J. */
 static void read_transmission(kt_urdf *u, const kt_element *e) {
     static const char *const reductions[] = {"mechanicalReduction", "mechanical_reduction", "drake:gear_ratio", NULL};
     static const char *const inertias[] = {"rotorInertia", "motorInertia", "rotor_inertia", "drake:rotor_inertia",

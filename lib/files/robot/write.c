@@ -281,7 +281,7 @@ static kt_status write_robot(kt_export *x, kt_robot_format format, kt_error *err
     if (!kt_export_assemble(x) || !(is_urdf || kt_export_find_roles(x)) ||
         !kt_export_find_meshes(x, is_urdf ? NULL : ".stl .obj .msh"))
         return out_of_memory(error);
-    x->least = is_urdf ? 1.5e-14 : 1.5e-15;
+    x->least = is_urdf ? 1.5e-14 : 1.5e-15; /* 1.5 times what MuJoCo rejects (write_moment.c) */
     x->least_fixed = is_urdf ? x->least : 0.0;
     x->spare = is_urdf ? 32.0 * DBL_EPSILON : 0.0;
     if (!kt_export_find_inertials(x))
@@ -302,6 +302,7 @@ static kt_status write_robot(kt_export *x, kt_robot_format format, kt_error *err
     return KT_OK;
 }
 
+/* Numbers are printed in the locale C, which this thread alone uses meanwhile. */
 static kt_status write_checked(kt_export *x, kt_robot_format format, kt_robot_lost *lost, void *user, kt_error *error) {
     if ((unsigned)format > KT_ROBOT_MJCF)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "", "format is %d; give one of kt_robot_format", (int)format);

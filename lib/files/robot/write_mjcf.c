@@ -38,6 +38,7 @@ typedef struct act {
     bool is_own;           /* it is */
 } act;
 
+/* Bounds of the sum of actuators have precedence over the effort of the joint, since MJCF has one range. */
 static void write_limits(kt_export *x, int i) {
     const kt_joint_limits *l = &kt_export_body(x, i)->joint.limits;
     if (isfinite(l->velocity))

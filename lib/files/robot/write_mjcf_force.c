@@ -146,6 +146,8 @@ static void write_bounds(kt_export *x, const kt_effect *e) {
         kt_export_print(x, " forcerange=\"%g %g\"", kt_export_bound(lower), kt_export_bound(upper));
 }
 
+/* A servo has the force k u - k q - c v for the control u, its target. Without stiffness k, it has c u - c v, and u is
+ * the rate of the target. */
 static void write_motor(kt_export *x, const kt_export_motor *motor) {
     const kt_effect *e = motor->effect;
     const bool is_number = x->role[motor->body] == KT_EXPORT_SUM, is_servo = e->type == KT_EFFECT_SERVO;
@@ -173,6 +175,7 @@ void kt_export_actuators(kt_export *x) {
     kt_export_print(x, "  </actuator>\n");
 }
 
+/* The control at the start (write_motor). A tendon has its own zero, by which the target is shifted. */
 static double control_of(const kt_export *x, const kt_export_motor *motor) {
     const kt_effect *e = motor->effect;
     double own;
@@ -205,6 +208,7 @@ static void add_scalars(kt_export *x, const kt_joint *j, const double *values) {
         add_numbers(x, (const double[]){j->pitch * values[0]}, 1);
 }
 
+/* A free joint of MuJoCo counts from the world; on another body it is three slides and a ball. */
 static void write_position(kt_export *x, int i, int depth) {
     const kt_joint *j = &kt_export_body(x, i)->joint;
     (void)depth;
@@ -225,6 +229,7 @@ static void write_position(kt_export *x, int i, int depth) {
     }
 }
 
+/* As positions. A free joint has the velocity in world axes and the angular velocity in body axes. */
 static void write_velocity(kt_export *x, int i, int depth) {
     const kt_joint *j = &kt_export_body(x, i)->joint;
     (void)depth;

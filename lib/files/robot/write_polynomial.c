@@ -42,6 +42,7 @@ static void differentiate(const relation *r, bool by_y, double d[3]) {
     d[2] = kt_expression_third(r->formula, at, along);
 }
 
+/* Whether the residual equals slope (y - (a0 + a1 x + ... + a4 x^4)), by comparison at 15 points. */
 static bool is_polynomial(const relation *r, double slope, const double a[5]) {
     static const double ys[] = {-1.5, 0.0, 0.7}, xs[] = {-2.3, -0.9, 0.4, 1.7, 3.1};
     for (size_t i = 0; i < sizeof ys / sizeof *ys; i++)

@@ -73,6 +73,7 @@ static bool slider_is_sum(const kt_export *x, const kt_loop *loop, int body) {
     return loop->type == KT_LOOP_COUPLING && loop->formula == NULL && loop->term_count > 1 && own != 0.0;
 }
 
+/* A slider of the world that one coupling alone uses, and that carries nothing, is the sum of the other joints. */
 static void find_numbers(kt_export *x, const uses *all) {
     for (int i = 0; i < x->d->loop_count; i++) {
         const kt_loop *loop = &x->d->loops[i];

@@ -155,6 +155,8 @@ static kt_status add_inertia(kt_assignments *to, const kt_model *model, int mass
     return status;
 }
 
+/* Binds a number that follows from an assigned parameter. A mass also changes the inertia that was computed from the
+ * shape of the body. */
 static kt_status add_assigned_number(kt_assignments *to, const kt_scene *scene, const kt_model *model,
                                      const kt_assigned_number *number, size_t varied, kt_error *error) {
     const kt_parameter *of = &number->target.parameter;

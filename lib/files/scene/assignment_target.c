@@ -53,6 +53,8 @@ static int index_in(const double *first, int count, const double *at) {
     return -1;
 }
 
+/* The part of a body that has the number at an address. Numbers that follow from the body's shape, or vary with time,
+ * are none. */
 static bool find_in_body(const kt_body *body, const double *at, kt_assignment_target *target) {
     const struct {
         kt_parameter_kind kind;

@@ -51,6 +51,8 @@ typedef struct names {
     kt_error *error;
 } names;
 
+/* Without `variables`, only tests whether a name is known. Otherwise each occurrence of a name gets a variable of its
+ * own, except time. */
 static bool find_variable(void *user, const char *name, kt_symbol *symbol) {
     names *n = user;
     kt_variable variable = {.type = KT_VARIABLE_STATE};
@@ -185,6 +187,7 @@ kt_status kt_formula_bind(const kt_binding *in, const kt_scene *scene, const cha
     return is_watched ? keep_parts(pool, to, error) : KT_OK;
 }
 
+/* Requires kinematics of the instant for markers. */
 static double bound_value_of(const kt_instant *at, const double *gravity, const kt_bound *variable) {
     kt_vec3 point = {0.0, 0.0, 0.0};
     switch (variable->type) {

@@ -95,6 +95,7 @@ static void read_column(kt_reader *r, const kt_scope *outer, kt_node *key, kt_sc
 /* Names are compared with each other. */
 enum { COLUMN_COUNT_MAX = 1000 };
 
+/* A fault of one column does not end the section, so that all faults are reported. */
 static bool read_columns(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)field;
     kt_scene *scene = object;
@@ -146,6 +147,7 @@ static bool find_anywhere(void *user, const char *name, kt_symbol *symbol) {
     return strcmp(name, "length") == 0 || strcmp(name, "speed") == 0 || find_column_symbol(user, name, symbol);
 }
 
+/* Other expressions are checked where a formula uses them. */
 static void check_unused_expressions(kt_reader *r) {
     const kt_scope outer = {.key = "expressions"};
     const kt_symbols symbols = {.find = find_anywhere, .list = list_column_symbol, .user = r};

@@ -49,6 +49,7 @@ static kt_node *check_value(kt_reader *r, const kt_scope *scope, kt_node *first,
     return last;
 }
 
+/* Visits all values, and skips the items that are the rest of a cut formula. */
 static void check_node(kt_reader *r, const kt_scope *outer, kt_node *node) {
     const bool is_map = node->kind == KT_NODE_MAP;
     bool is_cut = false;

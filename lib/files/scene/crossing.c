@@ -49,6 +49,7 @@ static bool is_kept(const kt_reader *r, const char *name) {
     return false;
 }
 
+/* Accepts the names of variables and of parameters, gives each name its number, and counts the variables. */
 static bool find_any(void *user, const char *name, kt_symbol *symbol) {
     variables *v = user;
     kt_symbol any = {.index = 0};
@@ -78,6 +79,7 @@ static factor factor_of(const kt_expression_term *term, size_t begin, size_t end
     return is_power ? (factor){begin, end - 2, end, term[end - 2].number} : (factor){begin, end, end, 1.0};
 }
 
+/* Whether two operands are the same terms, which need not be the same text. */
 static bool are_same(const kt_expression_term *term, factor a, factor b) {
     bool same = a.end - a.begin == b.end - b.begin;
     for (size_t i = 0; same && i < a.end - a.begin; i++) {
@@ -127,6 +129,7 @@ static size_t merge_operator(kt_expression_term *term, size_t first, size_t seco
     return a.end + 2 + (second - a.after);
 }
 
+/* Walks over the terms as the evaluation does; `begin` is the stack of the first terms of all operands. */
 static void merge_equal_operands(kt_expression *expression) {
     size_t begin[KT_EXPRESSION_DEPTH_MAX], end = 0;
     int top = -1;

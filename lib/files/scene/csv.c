@@ -66,6 +66,7 @@ typedef struct reading {
 
 static bool fault(const reading *f, const char *at, const char *format, ...) KT_PRINTF(3, 4);
 
+/* Reports a fault in the file with its line and column. at: NULL for the first column. */
 static bool fault(const reading *f, const char *at, const char *format, ...) {
     const long column = at != NULL ? (long)(at - f->begin) + 1 : 1;
     char message[KT_MESSAGE_SIZE];
@@ -274,6 +275,7 @@ typedef struct csv_columns {
     const kt_unit *of[3];
 } csv_columns;
 
+/* Rows of `rows` have columns->count numbers. A function of time has two: time and value. */
 static bool read_csv_rows(reading *f, const csv_columns *columns, double *rows, int *count) {
     const char *end;
     *count = 0;

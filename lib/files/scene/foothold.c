@@ -74,6 +74,8 @@ static bool check_place_name(kt_reader *r, const kt_node *loop, const char *name
                                         kt_name_quote(loop->of.text).text, name, users);
 }
 
+/* Adds the six states of a loop as text of a scene, as if the file had them. A loop with several actions has one set.
+ */
 static void expand_action(const kt_node *action, void *user) {
     action_list *list = user;
     const kt_node *loop = loop_of_action(action);
@@ -302,6 +304,7 @@ struct kt_footholds {
     double *x;                    /* auxiliary states */
 };
 
+/* Finds the place of a loop, its switch, and its six states in the model. */
 static kt_status bind_foothold(const kt_model *model, const char *name, bound_foothold *to, kt_error *error) {
     char text[KT_WHERE_SIZE];
     (void)snprintf(text, sizeof text, "loop %s.place", name);

@@ -17,6 +17,7 @@ bool kt_list_nodes(kt_reader *r, const kt_scope *scope, kt_node *list, const cha
     return true;
 }
 
+/* Faults of items are reported by their own `read`; the result is about the list alone. */
 bool kt_items_read(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     const kt_items *list = kt_detail_of(field);
     kt_item_read item = {.object = object};

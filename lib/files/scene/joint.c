@@ -186,6 +186,8 @@ static const kt_joint_half velocity_half = {.parts = &free_velocity,
                                             .counts = velocity_counts,
                                             .of_angle = KT_QUANTITY_RATE};
 
+/* Reads the positions or the velocities of a joint (half). A free joint has them in parts, and a spherical joint has an
+ * orientation as its position. */
 static bool read_half(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     const kt_joint_half *half = kt_detail_of(field);
     kt_joint *joint = object;

@@ -221,6 +221,7 @@ static bool report_name_circle(kt_writer *w, int k, int user) {
 
 static bool write_out(kt_writer *w, kt_node *node, int named);
 
+/* from: who uses the formula that is being written out. An expression that is met again meanwhile contains itself. */
 static bool write_named_formula(kt_writer *w, int k, int user) {
     kt_named_formula *named = &w->r->scene->named[k];
     named->is_used = true;

@@ -132,6 +132,8 @@ static void *copy_of(kt_pool *pool, const void *array, int count, size_t size) {
     return copy;
 }
 
+/* Lengths and angles that compilation measures in the initial state are fixed first, because the initial state becomes
+ * (q, v). */
 static kt_status change_to_state(restart *r, kt_pool *pool, const double *q, const double *v, kt_error *error) {
     const kt_description *d = r->description;
     r->bodies = copy_of(pool, d->bodies, d->body_count, sizeof *r->bodies);

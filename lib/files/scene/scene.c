@@ -155,6 +155,7 @@ static kt_mark mark_initial_from(const kt_reader *r) {
     return from != NULL && from->line < KT_SETTING_LINE ? (kt_mark){from->line, from->column} : (kt_mark){0, 0};
 }
 
+/* Remembers the lines of bodies and loops for faults that appear only after the scene has been read. */
 static bool mark_scene(kt_reader *r, const char *path, kt_scene *scene) {
     kt_scene_marks *marks = kt_pool_take(&r->keep, 1, sizeof *marks);
     if (marks == NULL)
@@ -237,6 +238,8 @@ static void hide_sections(kt_reader *r) {
             r->scene->names_are_known = false;
 }
 
+/* The order matters: settings change nodes before they are read; expressions and parameters come before formulas that
+ * use them; beams and footholds add nodes to other sections. */
 static void read_scene_text(kt_reader *r, const char *path, const char *text, size_t size, const void *options,
                             kt_scene *scene) {
     if (!kt_node_parse(r, text, size, &r->root) || r->out_of_memory)
@@ -284,6 +287,7 @@ typedef struct kt_flow_target {
     FILE *stream;
 } kt_flow_target;
 
+/* Writes the scene with its settings in flow style. Values are not checked. */
 static void write_flow_text(kt_reader *r, const char *path, const char *text, size_t size, const void *options,
                             kt_scene *scene) {
     const kt_flow_target *target = options;

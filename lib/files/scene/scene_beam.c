@@ -202,6 +202,8 @@ typedef struct kt_beam_start {
     const kt_node *at, *rotation;
 } kt_beam_start;
 
+/* The body, the point and the rotation where the beam begins, as nodes of the scene: those of the marker, or of `from`
+ * itself. */
 static bool find_from(kt_reader *r, const kt_scope *scope, const kt_scene_beam *b, kt_beam_start *start) {
     kt_end end = kt_end_default();
     if (b->from != NULL && !kt_read_end(r, scope, b->from, &end))
@@ -310,6 +312,8 @@ static kt_node *parse_beam(kt_reader *r, kt_scene_beam *b, const kt_beam_start *
     return kept != NULL ? kt_nodes_parse(r, kept, size) : NULL;
 }
 
+/* Makes the parts of a beam as text of a scene, puts the words of the scene into them, and appends them to the
+ * sections. */
 static void expand_beam(kt_reader *r, kt_node *node, const kt_scope *scope, kt_scene_beam *b) {
     static const char *const sections[] = {"bodies", "effects", "loops"};
     kt_beam_start start = {.body = "world"};

@@ -484,6 +484,7 @@ const kt_kind kt_kind_events = {.read = kt_items_read, .write = write_events, .s
 
 /* ---- until ------------------------------------------------------------------------------------------------------- */
 
+/* A comparison becomes true when it rises; other formulas end the run at any change of sign. */
 static bool read_until(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)field;
     kt_scene *scene = object;

@@ -140,6 +140,8 @@ typedef struct kt_formula_names {
     bool is_assigned;    /* or on one that an event sets, where there are no auxiliary states */
 } kt_formula_names;
 
+/* A variable, or a parameter whose value is folded. Notes whether the parameter is known yet (waits), varies, or is
+ * assigned by an event. */
 static bool find_either(void *user, const char *name, kt_symbol *symbol) {
     kt_formula_names *names = user;
     if (names->variables->find(names->variables->user, name, symbol)) {

@@ -14,6 +14,7 @@ typedef union form {
 } form;
 _Static_assert(offsetof(kt_surface, type) == 0 && offsetof(kt_track, type) == 0, "the first member");
 
+/* The keys that occur select the type of the form. */
 static bool read_form(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     const kt_forms *forms = kt_detail_of(field);
     const kt_table table = {.fields = forms->fields, .count = forms->count, .flow = true};

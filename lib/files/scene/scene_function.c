@@ -40,6 +40,7 @@ static bool read_polynomial_function(kt_reader *r, const kt_scope *scope, kt_nod
     return good;
 }
 
+/* A text is the name of a CSV file, which is read after the other keys, since these choose its columns. */
 static bool read_function_table(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field,
                                 void *object) {
     (void)field;

@@ -65,6 +65,7 @@ static void mark_joints(graph_names *g, const kt_node *node) {
     }
 }
 
+/* A joint whose name occurs in one of these sections counts as a coordinate, which the tree should have. */
 static bool mark_coordinates(kt_reader *r, kt_graph_joint *joints, int count) {
     static const char *const sections[] = {"expressions", "states", "loops",    "initial",
                                            "effects",     "events", "simulate", "output"};
@@ -128,6 +129,7 @@ bool kt_graph_loops_append(kt_reader *r, kt_description *description) {
     return true;
 }
 
+/* Replaces the bodies by the tree of the graph. A joint that became a body of its own has the node of the joint. */
 static bool use_graph(kt_reader *r, const kt_graph *g, kt_scene *scene) {
     kt_node **nodes = kt_reader_take(r, &r->scratch, (size_t)g->tree_count, sizeof *nodes);
     if (nodes == NULL)
@@ -157,6 +159,7 @@ static bool report_graph_fault(kt_reader *r, const kt_graph *g, const kt_error *
     return kt_fault_at(r, KT_ERROR_MODEL, &scope, node, "%s", error->message);
 }
 
+/* A body with a joint or a parent of its own is placed already. */
 static bool connect(kt_reader *r, kt_graph_joint *joints, int count, kt_scene *scene) {
     const kt_description *d = &scene->description;
     kt_graph *g = kt_reader_take(r, &r->keep, 1, sizeof *g);

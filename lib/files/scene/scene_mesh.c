@@ -53,6 +53,8 @@ static bool has_solid_before(const kt_scene_mesh *meshes, int k) {
     return false;
 }
 
+/* The masses of a body's meshes add up. The first mesh with a density replaces the centre and the inertia that shapes
+ * gave. */
 static bool give_mesh_mass(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_scene_mesh *meshes, int k,
                            kt_body *body) {
     const kt_sym3 zero = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);

@@ -61,6 +61,7 @@ static bool list_parameters(kt_reader *r, const kt_scope *scope, kt_node *map) {
     return true;
 }
 
+/* A parameter is assigned if an event sets it, or a parameter from which it follows. */
 static void put_value(kt_reader *r, kt_named_number *parameter, double value) {
     parameter->value = value;
     parameter->is_known = true;
@@ -93,6 +94,8 @@ typedef struct kt_uses {
     size_t *first_user;
 } kt_uses;
 
+/* Uses of parameter k begin at its `use`; its users are users[first_user[k]] to users[first_user[k + 1] - 1], by
+ * counting. */
 static bool list_uses(kt_reader *r, kt_uses *u) {
     const int count = r->scene->parameter_count;
     size_t total = 0;
@@ -141,6 +144,8 @@ static void read_with_unit(kt_reader *r, const kt_scope *outer, kt_named_number 
     parameter->is_angle = parameter->expression != NULL && kt_expression_is_angle(parameter->expression);
 }
 
+/* Computes each parameter after all that it uses (Kahn's topological sort). Parameters on a circle are never reached.
+ */
 static void compute_all(kt_reader *r, const kt_scope *scope, const kt_uses *u) {
     const int count = r->scene->parameter_count;
     int *computable = kt_reader_take(r, &r->scratch, (size_t)count + 1, sizeof *computable), computable_count = 0;

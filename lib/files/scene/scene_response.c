@@ -159,6 +159,7 @@ bool kt_response_name(const kt_description *d, int k, char *text, size_t size) {
 
 /* ---- in a model -------------------------------------------------------------------------------------------------- */
 
+/* The acceleration that belongs to a velocity: of a coordinate, or of a marker. */
 static kt_status bind_by_velocity(const kt_description *d, const kt_model *model, const kt_variable *variable,
                                   kt_event_response *out, kt_error *error) {
     const kt_body *body = &d->bodies[variable->body];

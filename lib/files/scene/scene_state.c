@@ -65,6 +65,7 @@ static bool read_state_names(kt_reader *r, const kt_scope *scope, kt_node *map, 
     return good;
 }
 
+/* All names are read before the first rate, because rates may name later states. */
 static bool read_states(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_field *field, void *object) {
     (void)field;
     kt_scene *scene = object;
