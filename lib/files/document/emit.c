@@ -54,7 +54,7 @@ static void separate(kt_emitter *e, const kt_emit_level *level) {
 
 static kt_emit_level *top(kt_emitter *e) { return e->depth == 0 ? NULL : &e->levels[e->depth - 1]; }
 
-/* Writes the text between the last value, or the key, and the next value. */
+/* Writes the text between the last value, or the key, and the next value. block: behind a key, on the next line. */
 static void before_value(kt_emitter *e, bool block) {
     kt_emit_level *level = top(e);
     if (level == NULL)
@@ -73,10 +73,10 @@ static void before_value(kt_emitter *e, bool block) {
     level->count++;
 }
 
-/* flow: in brackets, as is everything within. */
-static void open_level(kt_emitter *e, bool list, bool flow) {
+/* list: a list, else a mapping. Everything within a flow level is flow. */
+static void open_level(kt_emitter *e, bool list, kt_emit_style style) {
     const kt_emit_level *outer = top(e);
-    flow = flow || (outer != NULL && outer->flow);
+    const bool flow = style == KT_EMIT_FLOW || (outer != NULL && outer->flow);
     if (e->depth == KT_EMIT_DEPTH_MAX) {
         kt_emit_reject(e, KT_ERROR_ARGUMENT, "the scene is nested too deeply");
         return;
@@ -91,8 +91,8 @@ static void open_level(kt_emitter *e, bool list, bool flow) {
     e->depth++;
 }
 
-void kt_emit_map(kt_emitter *e, bool flow) { open_level(e, false, flow); }
-void kt_emit_list(kt_emitter *e, bool flow) { open_level(e, true, flow); }
+void kt_emit_map(kt_emitter *e, kt_emit_style style) { open_level(e, false, style); }
+void kt_emit_list(kt_emitter *e, kt_emit_style style) { open_level(e, true, style); }
 
 void kt_emit_end(kt_emitter *e) {
     const kt_emit_level *level = top(e);
@@ -203,7 +203,7 @@ void kt_emit_number(kt_emitter *e, double value) {
 void kt_emit_integer(kt_emitter *e, int value) { kt_emit_number(e, value); }
 
 void kt_emit_numbers(kt_emitter *e, const double *values, int count) {
-    kt_emit_list(e, true);
+    kt_emit_list(e, KT_EMIT_FLOW);
     for (int i = 0; i < count; i++)
         kt_emit_number(e, values[i]);
     kt_emit_end(e);

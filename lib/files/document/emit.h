@@ -11,9 +11,12 @@
 
 enum { KT_EMIT_DEPTH_MAX = 16 };
 
+/* How a mapping or a list is written: one line for each item, or [a, b] and {a: b} in one line. */
+typedef enum kt_emit_style { KT_EMIT_BLOCK, KT_EMIT_FLOW } kt_emit_style;
+
 typedef struct kt_emit_level {
     bool list; /* a list; else a mapping */
-    bool flow; /* [a, b] or {a: b} in one line; else one line for each item */
+    bool flow; /* KT_EMIT_FLOW */
     int count; /* items or keys so far */
     int indent;
 } kt_emit_level;
@@ -31,8 +34,8 @@ typedef struct kt_emitter {
 void kt_emit_reject(kt_emitter *e, kt_status code, const char *format, ...) KT_PRINTF(3, 4);
 
 /* Begin a mapping or a list, and end it. Within a flow level everything is flow. The outermost mapping is a block. */
-void kt_emit_map(kt_emitter *e, bool flow);
-void kt_emit_list(kt_emitter *e, bool flow);
+void kt_emit_map(kt_emitter *e, kt_emit_style style);
+void kt_emit_list(kt_emitter *e, kt_emit_style style);
 void kt_emit_end(kt_emitter *e);
 
 /* Write a key of a mapping, before its value: kt_emit_key a plain key, kt_emit_section a key after a blank line. The

@@ -431,7 +431,7 @@ bool kt_table_same(const kt_table *table, const void *object, const void *standa
 void kt_table_write(kt_emitter *e, const kt_table *table, const void *object, const void *standard) {
     kt_fields fields;
     list_fields(&fields, table, object_type_of(table, object));
-    kt_emit_map(e, table->flow);
+    kt_emit_map(e, table->flow ? KT_EMIT_FLOW : KT_EMIT_BLOCK);
     for (int i = 0; i < fields.count; i++) {
         const kt_field *field = &fields.field[i];
         const kt_member member = {field, object, standard};

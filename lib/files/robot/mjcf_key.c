@@ -122,6 +122,8 @@ static int take_controls(kt_mjcf *m, int document, const double *from) {
     return count;
 }
 
+/* The keyframe of an attached model has numbers for that model's joints and controls alone; all others begin at the
+ * reference. */
 static void start_attached(kt_mjcf *m, const kt_element *key) {
     const kt_list *list = &kt_mjcf_document_at(m, key->document)->joints;
     int nq = 0, nv = 0;
@@ -169,6 +171,8 @@ static void reject_key(kt_mjcf *m, const char *wanted) {
         (void)kt_mjcf_fault(m, m->root, "there is no keyframe %s; the robot has no keyframe with a name", quoted.text);
 }
 
+/* The keyframe of a name; a name without a keyframe is a fault. Without a name, counts the keyframes that are left out.
+ */
 static const kt_element *find_key(kt_mjcf *m, const char *wanted) {
     const kt_element *found = NULL;
     for (const kt_element *e = kt_mjcf_section(m, "keyframe", NULL); e != NULL; e = kt_mjcf_section(m, "keyframe", e)) {

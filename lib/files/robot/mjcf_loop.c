@@ -87,6 +87,7 @@ static bool find_welded(kt_mjcf *m, const kt_element *e, kt_end ends[2]) {
     return true;
 }
 
+/* A <weld>, or a <connect>, which holds a point alone. */
 static void join_bodies(kt_mjcf *m, const kt_element *e, bool is_weld) {
     kt_end ends[2];
     if (!(is_weld ? find_welded(m, e, ends) : find_connected(m, e, ends)))
@@ -170,6 +171,7 @@ static const char *write_formula(kt_mjcf *m, const kt_element *e, const side *x,
     return NULL;
 }
 
+/* y - a1 x - a2 (x - x0)^2 - ... = y0 + a0 - a1 x0 for two joints or two tendons. Without x, y is constant. */
 static void couple_mjcf_joints(kt_mjcf *m, const kt_element *e, bool is_tendon) {
     double a[5] = {0.0, 1.0, 0.0, 0.0, 0.0};
     side y, x = {.count = 0};

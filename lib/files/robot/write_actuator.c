@@ -117,7 +117,7 @@ static void lose_of_actuator(kt_export *x, const kt_actuator *a) {
         kt_export_lose(x, "biases that grow with the rate, which MuJoCo takes for a ratio of damping");
 }
 
-/* Until actuator_count grows at the end, the entry does not count: each return before it loses the actuator. */
+/* Until actuator_count grows at the end, the entry does not count: each return before it leaves the actuator out. */
 static void add_actuator(kt_export *x, const kt_effect *e, const kt_actuator *a, int body, int rope) {
     kt_export_actuator *to = &x->actuators[x->actuator_count];
     *to = (kt_export_actuator){.effect = e, .numbers = a, .body = body, .rope = rope, .line = -1, .state = -1};

@@ -121,14 +121,14 @@ static bool read_columns(kt_reader *r, const kt_scope *scope, kt_node *node, con
 
 static void write_scene_columns(kt_emitter *e, const kt_member *m) {
     const kt_scene *scene = m->object;
-    kt_emit_map(e, true);
+    kt_emit_map(e, KT_EMIT_FLOW);
     for (int i = 0; i < scene->column_count; i++) {
         kt_emit_key(e, scene->columns[i].name);
         if (scene->columns[i].unit == NULL) {
             kt_emit_text(e, scene->columns[i].formula);
             continue;
         }
-        kt_emit_map(e, true);
+        kt_emit_map(e, KT_EMIT_FLOW);
         kt_emit_key(e, "value");
         kt_emit_text(e, scene->columns[i].formula);
         kt_emit_key(e, "unit");

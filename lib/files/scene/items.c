@@ -55,7 +55,7 @@ void kt_items_write(kt_emitter *e, const kt_member *m) {
     const int count = item_count_of(list, m->object);
     const char *items;
     memcpy(&items, (const char *)m->object + list->array, sizeof items);
-    kt_emit_list(e, list->flow);
+    kt_emit_list(e, list->flow ? KT_EMIT_FLOW : KT_EMIT_BLOCK);
     for (int i = 0; i < count; i++)
         list->write(e, items + (size_t)i * list->size, i);
     kt_emit_end(e);

@@ -110,7 +110,7 @@ static bool read_turn(kt_reader *r, const kt_scope *scope, kt_node *node, const 
 }
 
 static void write_turn(kt_emitter *e, const kt_member *m) {
-    kt_emit_map(e, true);
+    kt_emit_map(e, KT_EMIT_FLOW);
     kt_emit_key(e, "quaternion");
     kt_emit_numbers(e, kt_member_value(m), 4);
     kt_emit_end(e);

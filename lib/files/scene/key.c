@@ -86,7 +86,7 @@ static bool is_written_term(const kt_loop *loop, int i) {
 
 static void write_coupling_terms(kt_emitter *e, const kt_member *m) {
     const kt_loop *loop = m->object;
-    kt_emit_map(e, true);
+    kt_emit_map(e, KT_EMIT_FLOW);
     for (int i = 0; i < loop->term_count; i++) {
         if (!is_written_term(loop, i))
             continue;
@@ -233,7 +233,7 @@ static bool read_function_list(kt_reader *r, const kt_scope *scope, kt_node *nod
 
 static void write_functions(kt_emitter *e, const kt_member *m) {
     const kt_function *functions = kt_member_value(m);
-    kt_emit_list(e, true);
+    kt_emit_list(e, KT_EMIT_FLOW);
     for (int i = 0; i < 3; i++)
         kt_write_function(e, &functions[i]);
     kt_emit_end(e);
@@ -274,7 +274,7 @@ static void write_formulas(kt_emitter *e, const kt_member *m) {
         kt_emit_text(e, formulas[0]);
         return;
     }
-    kt_emit_list(e, true);
+    kt_emit_list(e, KT_EMIT_FLOW);
     for (int i = 0; i < 3; i++)
         kt_emit_text(e, formulas[i] != NULL ? formulas[i] : "0*t");
     kt_emit_end(e);

@@ -136,7 +136,7 @@ static bool read_actuator_terms(kt_reader *r, const kt_scope *scope, kt_node *no
 
 static void write_actuator_terms(kt_emitter *e, const kt_member *m) {
     const kt_actuator *actuator = m->object;
-    kt_emit_map(e, true);
+    kt_emit_map(e, KT_EMIT_FLOW);
     for (int i = 0; i < actuator->term_count; i++) {
         kt_emit_name(e, actuator->terms[i].joint);
         kt_emit_number(e, actuator->terms[i].coefficient);

@@ -249,7 +249,7 @@ static const kt_vec3 numbers_of_file = {1.0, 2.0, 3.0};
 
 static void write_part(kt_emitter *e, const kt_items *list, const void *items, int count) {
     kt_emit_key(e, list->section);
-    kt_emit_list(e, true);
+    kt_emit_list(e, KT_EMIT_FLOW);
     for (int i = 0; i < count; i++)
         list->write(e, (const char *)items + (size_t)i * list->size, i);
     kt_emit_end(e);
@@ -275,7 +275,7 @@ static char *write_beam(const kt_beam *beam, const kt_beam_start *start, size_t 
         first->joint.rotation = kt_rotation_vector(numbers_of_file);
     const kt_description parts = kt_builder_describe(builder);
     kt_emitter e = {.stream = stream};
-    kt_emit_map(&e, true);
+    kt_emit_map(&e, KT_EMIT_FLOW);
     write_part(&e, &kt_bodies, parts.bodies, parts.body_count);
     write_part(&e, &kt_effects, parts.effects, parts.effect_count);
     write_part(&e, &kt_loops, parts.loops, parts.loop_count);

@@ -122,7 +122,7 @@ static bool read_inertia(kt_reader *r, const kt_scope *scope, kt_node *node, con
 
 static void write_inertias(kt_emitter *e, const kt_variable_mass *variable) {
     const kt_function zero = kt_function_constant(0.0);
-    kt_emit_list(e, true);
+    kt_emit_list(e, KT_EMIT_FLOW);
     for (int k = 0; k < 6; k++)
         kt_write_function(e, variable->inertia[k].type != KT_FUNCTION_NONE ? &variable->inertia[k] : &zero);
     kt_emit_end(e);
@@ -198,7 +198,7 @@ static void write_marker(kt_emitter *e, const kt_marker *marker) {
         kt_emit_numbers(e, at, 3);
         return;
     }
-    kt_emit_map(e, true);
+    kt_emit_map(e, KT_EMIT_FLOW);
     kt_emit_key(e, "at");
     kt_emit_numbers(e, at, 3);
     kt_emit_key(e, "rotation");
@@ -229,7 +229,7 @@ static bool read_body_markers(kt_reader *r, const kt_scope *scope, kt_node *node
 
 static void write_body_markers(kt_emitter *e, const kt_member *m) {
     const kt_body *body = m->object;
-    kt_emit_map(e, false);
+    kt_emit_map(e, KT_EMIT_BLOCK);
     for (int i = 0; i < body->marker_count; i++)
         write_marker(e, &body->markers[i]);
     kt_emit_end(e);
@@ -298,7 +298,7 @@ static bool read_shapes(kt_reader *r, const kt_scope *scope, kt_node *node, cons
 static void write_shapes(kt_emitter *e, const kt_member *m) {
     const kt_body *body = m->object;
     const kt_shape rest = kt_shape_default();
-    kt_emit_list(e, false);
+    kt_emit_list(e, KT_EMIT_BLOCK);
     for (int i = 0; i < body->shape_count; i++)
         kt_table_write(e, &shape_table, &body->shapes[i], &rest);
     kt_emit_end(e);

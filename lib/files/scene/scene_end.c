@@ -91,7 +91,7 @@ bool kt_kind_ends_read(kt_reader *r, const kt_scope *scope, kt_node *node, const
 
 void kt_kind_ends_write(kt_emitter *e, const kt_member *m) {
     const kt_end *ends = kt_member_value(m);
-    kt_emit_list(e, true);
+    kt_emit_list(e, KT_EMIT_FLOW);
     kt_write_end(e, &ends[0]);
     kt_write_end(e, &ends[1]);
     kt_emit_end(e);

@@ -327,16 +327,16 @@ static bool read_then(kt_reader *r, const kt_scope *scope, kt_node *node, const 
 }
 
 static void write_event_name(kt_emitter *e, int action, const char *name) {
-    kt_emit_map(e, true);
+    kt_emit_map(e, KT_EMIT_FLOW);
     kt_emit_key(e, actions[action].word);
     kt_emit_text(e, name);
     kt_emit_end(e);
 }
 
 static void write_set(kt_emitter *e, const kt_scene_event *event) {
-    kt_emit_map(e, true);
+    kt_emit_map(e, KT_EMIT_FLOW);
     kt_emit_key(e, "set");
-    kt_emit_map(e, true);
+    kt_emit_map(e, KT_EMIT_FLOW);
     for (int i = 0; i < event->set_count; i++) {
         if (strchr(event->sets[i].name, '[') != NULL)
             kt_emit_name(e, event->sets[i].name); /* in quotes */
@@ -350,7 +350,7 @@ static void write_set(kt_emitter *e, const kt_scene_event *event) {
 
 static void write_then(kt_emitter *e, const kt_member *m) {
     const kt_scene_event *event = m->object;
-    kt_emit_list(e, true);
+    kt_emit_list(e, KT_EMIT_FLOW);
     if (event->stop)
         kt_emit_word(e, "stop");
     if (event->record)

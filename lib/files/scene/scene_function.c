@@ -125,7 +125,7 @@ static void write_function_table(kt_emitter *e, const kt_member *m) {
 
 static void write_function_parts(kt_emitter *e, const kt_member *m) {
     const kt_function *function = m->object;
-    kt_emit_list(e, true);
+    kt_emit_list(e, KT_EMIT_FLOW);
     for (int i = 0; i < function->part_count; i++)
         kt_write_function(e, &function->parts[i]);
     kt_emit_end(e);

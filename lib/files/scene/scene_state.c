@@ -98,7 +98,7 @@ static bool read_states(kt_reader *r, const kt_scope *scope, kt_node *node, cons
 static void write_state_list(kt_emitter *e, const kt_member *m) {
     const kt_description *d = &((const kt_scene *)m->object)->description;
     const kt_auxiliary_state rest = kt_auxiliary_state_default();
-    kt_emit_map(e, false);
+    kt_emit_map(e, KT_EMIT_BLOCK);
     for (int k = 0; k < d->state_count; k++) {
         if (kt_scene_is_place_state(m->object, d->states[k].name))
             continue; /* of an event, which makes it again */

@@ -171,7 +171,7 @@ static bool has_no_tables(const kt_member *m) { return ((const kt_scene *)m->obj
 static void write_tables(kt_emitter *e, const kt_member *m) {
     const kt_description *description = &((const kt_scene *)m->object)->description;
     static const table_read standard = {.table = {.inputs = 1}};
-    kt_emit_map(e, false);
+    kt_emit_map(e, KT_EMIT_BLOCK);
     for (int k = 0; k < description->table_count; k++) {
         const table_read t = {.table = description->tables[k]};
         kt_emit_key(e, t.table.name);

@@ -262,7 +262,7 @@ static bool read_record_list(kt_reader *r, const kt_scope *scope, kt_node *node,
 
 static void write_record(kt_emitter *e, const kt_member *m) {
     const unsigned *bits = kt_member_value(m);
-    kt_emit_list(e, true);
+    kt_emit_list(e, KT_EMIT_FLOW);
     for (int i = 0; i < records.count; i++)
         if ((*bits & record_bits[i]) != 0)
             kt_emit_word(e, record_names[i]);
@@ -341,7 +341,7 @@ static bool read_traced_markers(kt_reader *r, const kt_scope *scope, kt_node *no
 
 static void write_traced_markers(kt_emitter *e, const kt_member *m) {
     const kt_run *run = &((const kt_scene *)m->object)->run;
-    kt_emit_list(e, true);
+    kt_emit_list(e, KT_EMIT_FLOW);
     for (int i = 0; i < run->marker_count; i++)
         kt_emit_pair(e, run->markers[i].body, run->markers[i].marker);
     kt_emit_end(e);

@@ -152,7 +152,7 @@ bool kt_read_points(kt_reader *r, const kt_scope *scope, kt_node *node, int size
 }
 
 void kt_write_points(kt_emitter *e, const double *points, int size, int count) {
-    kt_emit_list(e, true);
+    kt_emit_list(e, KT_EMIT_FLOW);
     for (int i = 0; i < count; i++)
         kt_emit_numbers(e, points + size * i, size);
     kt_emit_end(e);
@@ -375,7 +375,7 @@ int kt_form_find(kt_reader *r, const kt_scope *scope, kt_node *node, const kt_fo
 }
 
 void kt_form_write(kt_emitter *e, const kt_forms *forms, int type, const void *value, const void *standard) {
-    kt_emit_map(e, true);
+    kt_emit_map(e, KT_EMIT_FLOW);
     for (int i = 0; i < forms->count; i++)
         if (forms->types[i] == type) {
             kt_emit_key(e, forms->fields[i].key);

@@ -40,6 +40,8 @@ bool kt_code_is_planar(const kt_model *model) { return model->n.plane > 0 && mod
 
 /* ---- vectors of the plane ---------------------------------------------------------------------------------------- */
 
+/* The first component is made first: C does not order the values of an initialiser, which number the nodes. */
+
 static kt_op2 flat_add(kt_graph *g, kt_op2 a, kt_op2 b) {
     const kt_op first = kt_op_add(g, a.x[0], b.x[0]);
     return (kt_op2){{first, kt_op_add(g, a.x[1], b.x[1])}};

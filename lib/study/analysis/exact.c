@@ -124,6 +124,9 @@ static void add_rounding(kt_linearization *l, const double *dq, const double *dv
 
 /* ---- slopes ------------------------------------------------------------------------------------------------------ */
 
+/* Derivatives are written for two sides of the state (top). For the first side, a function writes the derivative. For
+ * the second side (is_second), the function replaces it by the mean of both sides, and writes the error. */
+
 /* derivative <- mean of derivative and second, error <- their difference. */
 static void average(const double *second, size_t n, double *derivative, double *error) {
     for (size_t i = 0; i < n; i++) {
