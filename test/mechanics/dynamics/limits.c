@@ -168,6 +168,25 @@ KT_TEST(a_quaternion_of_zeros_is_rejected_and_one_of_any_other_norm_is_not) {
     }
 }
 
+/* The quaternion of a free joint follows its position. */
+KT_TEST(a_quaternion_of_zeros_is_rejected_behind_any_position) {
+    static const double zeros[7] = {1.0, 2.0, 3.0}, half_turn[7] = {[4] = 1.0};
+    kt_body body = kt_body_of("kite", NULL, KT_JOINT_FREE, 1.0);
+    body.inertia = kt_sym3_make(1.0, 1.0, 1.0, 0.0, 0.0, 0.0);
+    const kt_description description = kt_description_of(&body, 1, NULL, 0, NULL, 0);
+    const kt_model *model = kt_test_model(&description, NULL);
+    kt_data *data = kt_test_data(model);
+    double a[6];
+    kt_error error = {0};
+    kt_check_equal_int("zeros", kt_dynamics_forward(model, data, zeros, NULL, NULL, NULL, a, &error),
+                       KT_ERROR_ARGUMENT);
+    kt_check_contains("words", error.message, "quaternion is zero");
+    kt_check_text("joint", error.where, "joint 'kite'");
+    kt_check_equal_int("a half turn at the origin",
+                       kt_dynamics_forward(model, data, half_turn, NULL, NULL, NULL, a, &error), KT_OK);
+    kt_check_equal_int("its kinematics", kt_kinematics_update(model, data, half_turn, NULL, NULL, &error), KT_OK);
+}
+
 KT_TEST(results_that_overflow_are_rejected) {
     kt_tree tree;
     grow_pendulum(&tree);

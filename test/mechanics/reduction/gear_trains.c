@@ -26,6 +26,7 @@ static const char *const end_names[ENDS] = {"free", "locked", "contradicts"};
 typedef struct train {
     linkage l;
     int wheels, parent[WHEELS], lock;
+    int place[WHEELS];                 /* among the loops: that of a wheel's coupling with its parent */
     double row[WHEELS], ratio[WHEELS]; /* s and R of a wheel with its parent */
     double rate[WHEELS];               /* g */
     double inertia[WHEELS], torque[WHEELS];
@@ -66,7 +67,11 @@ static void add_wheel(train *x, int i) {
     x->ratio[i] = sign * (kt_random_int(random_of_train, 0, 3) ? size : 1.0 / size);
     x->row[i] = power_of_ten(-1.0, 1.0);
     x->rate[i] = x->rate[p] / x->ratio[i];
-    couple(x, name, p, x->row[i], i, -x->row[i] * x->ratio[i]);
+    x->place[i] = x->l.description.loop_count;
+    if (kt_random_int(random_of_train, 0, 1))
+        couple(x, name, p, x->row[i], i, -x->row[i] * x->ratio[i]);
+    else
+        couple(x, name, i, -x->row[i] * x->ratio[i], p, x->row[i]);
 }
 
 /* Between two wheels of comparable speed: a ratio beyond 1e6 is not made. */
@@ -84,6 +89,18 @@ static void add_extra(train *x, int k, double off) {
     couple(x, name, 1, x->row[1], x->parent[1], -x->row[1] * x->rate[1] / x->rate[x->parent[1]] * off);
 }
 
+/* Couplings in any order unite sets of several wheels. */
+static void shuffle_couplings(train *x) {
+    for (int i = x->wheels - 1; i > 1; i--) {
+        const int k = kt_random_int(random_of_train, 1, i), at = x->place[i], to = x->place[k];
+        const kt_loop loop = x->l.loop[at];
+        x->l.loop[at] = x->l.loop[to];
+        x->l.loop[to] = loop;
+        x->place[i] = to;
+        x->place[k] = at;
+    }
+}
+
 static void make_train(train *x, train_end end, int extra, kt_reduction reduction) {
     const kt_vec3 none = {0.0, 0.0, 0.0};
     double most = 0.0;
@@ -94,6 +111,7 @@ static void make_train(train *x, train_end end, int extra, kt_reduction reductio
     x->wheels = kt_random_int(random_of_train, 2, WHEELS - 1);
     for (int i = 0; i < x->wheels; i++)
         add_wheel(x, i);
+    shuffle_couplings(x);
     for (int i = 0; i < x->wheels; i++)
         most = fmax(most, fabs(x->rate[i]));
     for (int i = 0; i < x->wheels; i++)
@@ -147,7 +165,7 @@ static void check_multipliers(const train *x, train_end end, const double *a, co
     all = beyond[0];
     for (int i = 1; i < x->wheels; i++) {
         const double power = has_lock[i] ? beyond[i] - all : beyond[i];
-        kt_worst_near(worst, lambda[i - 1] * x->row[i] * x->ratio[i] * x->rate[i], power,
+        kt_worst_near(worst, lambda[x->place[i]] * x->row[i] * x->ratio[i] * x->rate[i], power,
                       4096.0 * DBL_EPSILON * power_of(x, a), "train %d, coupling %d", n, i);
     }
     if (end == LOCKED)
