@@ -41,10 +41,16 @@ static void make_subject(double length, subject *s) {
     s->description.body_count = 1;
 }
 
-/* The status of a step of 0.1 s, within which the mass falls by 0.05 lengths. */
-static kt_status status_of_step(double length, double q) {
+/* The status of a step of 0.1 s, within which the mass falls by 0.05 lengths: down to the stop, or up to one above. */
+static kt_status status_of_step(double length, bool up, double height) {
+    const double q = up ? -height : height;
     subject s;
     make_subject(length, &s);
+    if (up) {
+        s.stop.lower = -(double)INFINITY;
+        s.stop.upper = 0.0;
+        s.description.gravity.z = 10.0 * length;
+    }
     s.description.effects = &s.stop;
     s.description.effect_count = 1;
     const kt_model *model = kt_test_model(&s.description, NULL);
@@ -61,11 +67,12 @@ static kt_status status_of_step(double length, double q) {
 }
 
 KT_TEST(steps_with_derivatives_reject_the_same_gaps_in_all_units) {
-    for (int k = 0; k < LENGTHS; k++) {
-        const double length = lengths[k];
-        kt_check_equal_int("ends above the stop", status_of_step(length, 0.0501 * length), KT_OK);
-        kt_check_equal_int("ends beyond it", status_of_step(length, 0.0499 * length), KT_ERROR_UNSUPPORTED);
-        kt_check_equal_int("by rounding", status_of_step(length, (0.05 - 1e-10) * length), KT_OK);
+    for (int k = 0; k < 2 * LENGTHS; k++) {
+        const double length = lengths[k / 2];
+        const bool up = k % 2;
+        kt_check_equal_int("ends before the stop", status_of_step(length, up, 0.0501 * length), KT_OK);
+        kt_check_equal_int("ends beyond it", status_of_step(length, up, 0.0499 * length), KT_ERROR_UNSUPPORTED);
+        kt_check_equal_int("by rounding", status_of_step(length, up, (0.05 - 1e-10) * length), KT_OK);
     }
 }
 

@@ -86,7 +86,8 @@ KT_TEST(adjoint_of_a_step_goes_back_through_the_projection) {
     int taken = 0;
     for (int n = 0; n < 24; n++) {
         static tangle g;
-        const tangle_plan plan = closed_plan(n, 3);
+        tangle_plan plan = closed_plan(n, 3);
+        plan.tree.with_armature = n % 3 == 1 ? 0.5 : 0.0;
         tangle_grow(&g, &plan, &random);
         const kt_step step = {.method = any_method(n), .t = g.t, .h = 0.02, .tau = g.tau, .external = g.external};
         const step_case c = {g.tree.model, g.tree.data, g.q, g.v, step, 0.0};
