@@ -169,6 +169,43 @@ KT_TEST(steps_reject_numbers_that_no_acceleration_depends_on) {
     }
 }
 
+/* A block of mass m on a slide, pushed by 6 N. Each copy of its model has the memory of the copy before, and another
+ * mass. */
+KT_TEST(model_in_the_place_of_another_one_is_noticed) {
+    enum { STATES = 11 };
+    kt_body block = kt_body_of("block", NULL, KT_JOINT_PRISMATIC, 1.0);
+    const kt_description description = kt_description_of(&block, 1, NULL, 0, NULL, 0);
+    const kt_batch_options options = {.states = STATES};
+    const kt_model *model = kt_test_model(&description, NULL);
+    const size_t size = (kt_model_size(model) + KT_ALIGNMENT - 1) / KT_ALIGNMENT * KT_ALIGNMENT;
+    const double force = 6.0;
+    void *memory = aligned_alloc(KT_ALIGNMENT, size);
+    kt_batch *batch = NULL;
+    kt_parameter mass;
+    kt_error error = {0};
+    kt_test_own(memory, free);
+    kt_need_fine("parameter", kt_parameter_find(model, "block.mass", &mass, &error), &error);
+    kt_need_fine("batch", kt_batch_create(model, &options, &batch, &error), &error);
+    for (double m = 2.0; m < 4.5; m += 1.0) {
+        KT_WORST worst = kt_worst_make("acceleration, m/s^2");
+        kt_model *copy = NULL;
+        kt_status status = kt_model_copy(model, memory, size, &copy, &error);
+        status = status == KT_OK ? kt_parameter_set(copy, &mass, &m, &error) : status;
+        for (size_t i = 0; i < STATES && status == KT_OK; i++) {
+            status = kt_batch_set_model(batch, i, copy, &error);
+            status = status == KT_OK ? kt_batch_set_torque(batch, i, &force, &error) : status;
+        }
+        status = status == KT_OK ? kt_batch_forward(batch, &error) : status;
+        kt_check_text("forward", status == KT_OK ? "" : error.message, "");
+        for (size_t i = 0; i < STATES && status == KT_OK; i++) {
+            double a = (double)NAN;
+            status = kt_batch_get_acceleration(batch, i, &a, &error);
+            kt_worst_near(&worst, a, force / m, 1e-15 * force / m, "state %d", (int)i);
+        }
+    }
+    kt_batch_free(batch);
+}
+
 KT_TEST(states_with_parameters_of_their_own_have_the_bits_of_single_states) {
     kt_check_above("evaluations in lanes", (double)compare(KT_ISA_AUTO, "varied", TREES / 5, false, true),
                    10.0 * TREES);

@@ -102,6 +102,22 @@ KT_TEST(heat_of_a_damped_oscillator_is_that_of_the_closed_form) {
     compare(&o, 0.3, 0.0, compare_free);
 }
 
+KT_TEST(works_begin_at_zero_where_a_state_is_set) {
+    oscillator o;
+    kt_ledger ledger = {.count = 0};
+    kt_error error;
+    const double x = 0.2, v = 0.0;
+    oscillator_make(&o, 11.0);
+    const kt_run run = balanced("dop853", 0.0, 2.0);
+    kt_model *model = kt_scene_compile(&o.lone.description);
+    kt_simulation *simulation = kt_test_simulation(model, &run, NULL);
+    kt_test_run(simulation, kt_ledger_enter, &ledger);
+    kt_check_above("dissipated before, J", kt_simulation_work(simulation).dissipated, 1e-3);
+    kt_need_fine("state", kt_simulation_set_state(simulation, 0.0, &x, &v, &error), &error);
+    kt_check_true("nothing dissipated", kt_simulation_work(simulation).dissipated == 0.0);
+    kt_check_true("nothing supplied", kt_simulation_work(simulation).supplied == 0.0);
+}
+
 KT_TEST(works_of_a_driven_oscillator_are_those_of_the_closed_form) {
     oscillator o;
     oscillator_make(&o, 11.0);

@@ -203,6 +203,33 @@ KT_TEST(record_answers_queries_of_kinematics_where_asked) {
     kt_check_worst(&bob.place);
 }
 
+/* With time steps over contacts, accelerations are computed like a record. Records after them have only what was
+ * requested. */
+KT_TEST(accelerations_that_are_read_add_nothing_to_records) {
+    kt_lone lone;
+    kt_effect stop = kt_effect_of(KT_EFFECT_JOINT_LIMIT, "block");
+    kt_error error = {0};
+    double a = 0.0;
+    kt_lone_make(&lone, KT_JOINT_PRISMATIC, 1.0);
+    stop.lower = -0.5;
+    stop.restitution = 0.5;
+    lone.description.effects = &stop;
+    lone.description.effect_count = 1;
+    kt_model *model = kt_scene_compile(&lone.description);
+    kt_run run = kt_run_default();
+    kt_simulation_options options = kt_simulation_options_default();
+    run.integrator = NULL;
+    run.step = 0.01;
+    run.duration = 1.0;
+    options.contact = KT_CONTACT_STEPS;
+    run.record = KT_RECORD_POSITION;
+    kt_simulation *simulation = kt_test_simulation(model, &run, &options);
+    int more = 0;
+    kt_need_fine("acceleration", kt_simulation_acceleration(simulation, &a, &error), &error);
+    kt_test_run(simulation, check_nothing_more, &more);
+    kt_check_equal_int("records with more", more, 0);
+}
+
 KT_TEST(record_has_nothing_that_was_not_asked_for) {
     kt_lone lone;
     kt_pendulum_make(&lone, 1.0, 2.0);
