@@ -170,3 +170,40 @@ KT_TEST(weld_of_a_free_body_keeps_its_rank_at_every_size) {
         }
     }
 }
+
+/* A door on its joint and two hinges more, of which each could carry the door alone. Forces on the hinges do not depend
+ * on the unit of length, and moments grow with the lengths. */
+KT_TEST(redundant_hinges_share_a_load_alike_at_every_size) {
+    kt_wrench right[2] = {{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}};
+    KT_WORST worst = kt_worst_make("wrenches of the hinges, relative to the weight");
+    for (int n = 0; n < SIZES; n++) {
+        const double size = sizes[(UNIT + n) % SIZES], q = 0.2, v = 0.0, weight = 9.81; /* that of metres first */
+        kt_body door = kt_body_of("door", NULL, KT_JOINT_REVOLUTE, 1.0);
+        kt_loop hinge[2];
+        kt_wrench joints[2], loops[2];
+        kt_error e = {0};
+        door.joint.axis = kt_vec3_make(0.0, 0.0, 1.0);
+        door.joint.position[0] = q;
+        door.com = kt_vec3_make(0.5 * size, 0.1 * size, 0.7 * size);
+        door.inertia = kt_sym3_make(size * size, size * size, size * size, 0.0, 0.0, 0.0);
+        for (int k = 0; k < 2; k++) {
+            hinge[k] = kt_loop_of(k == 0 ? "middle" : "top", KT_LOOP_REVOLUTE);
+            hinge[k].axis = kt_vec3_make(0.0, 0.0, 1.0);
+            hinge[k].between[0].at = hinge[k].between[1].at = kt_vec3_make(0.0, 0.0, (k + 1.0) * size);
+            hinge[k].between[1].body = "door";
+        }
+        kt_description d = kt_description_of(&door, 1, hinge, 2, NULL, 0);
+        d.gravity = kt_vec3_make(0.0, 0.0, -weight);
+        const kt_model *model = kt_test_model(&d, NULL);
+        kt_need_fine("reactions",
+                     kt_reaction_evaluate(model, kt_test_data(model), 0.0, &q, &v, NULL, NULL, joints, loops, &e), &e);
+        for (int k = 0; k < 2; k++) {
+            right[k] = n == 0 ? loops[k] : right[k];
+            const kt_vec3 force = kt_vec3_sub(loops[k].force, right[k].force);
+            const kt_vec3 moment = kt_vec3_sub(kt_vec3_scale(1.0 / size, loops[k].moment), right[k].moment);
+            kt_worst_below(&worst, (kt_vec3_norm(force) + kt_vec3_norm(moment)) / weight, 1e-12, "size %g, hinge %d",
+                           size, k);
+        }
+    }
+    kt_check_above("the hinges share the load", kt_vec3_norm(right[0].force), 1.0);
+}
