@@ -15,7 +15,6 @@ kt_node *kt_node_find(const kt_node *map, const char *key) {
     return NULL;
 }
 
-/* Depth is bounded by KT_NODE_DEPTH_MAX. */
 bool kt_node_has_stray(const kt_node *map) {
     for (const kt_node *key = map->kind == KT_NODE_MAP ? map->of.first : NULL; key != NULL; key = key->next->next)
         if (key->faulty)
@@ -23,6 +22,7 @@ bool kt_node_has_stray(const kt_node *map) {
     return false;
 }
 
+/* The depth of the recursion is bounded by KT_NODE_DEPTH_MAX. */
 bool kt_node_is_faulty(const kt_node *node) {
     if (node == NULL)
         return false;

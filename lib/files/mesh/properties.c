@@ -58,7 +58,7 @@ static kt_vec3 surface_centroid(const kt_triangles *mesh) {
     return area > 0.0 ? kt_vec3_add(mesh->vertices[0], kt_vec3_scale(1.0 / area, moment)) : mesh->vertices[0];
 }
 
-/* Adds V / 20 (u u') to a matrix of second moments. */
+/* Adds weight u u' to a matrix of second moments. */
 static kt_sym3 add_second_moment(kt_sym3 s, double weight, kt_vec3 u) {
     return kt_sym3_add(s, kt_sym3_make(weight * u.x * u.x, weight * u.y * u.y, weight * u.z * u.z, weight * u.x * u.y,
                                        weight * u.x * u.z, weight * u.y * u.z));

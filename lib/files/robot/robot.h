@@ -301,8 +301,7 @@ int kt_terms_merge(kt_term *terms, int count);
 /* Whether faults have been reported, or memory is insufficient. */
 bool kt_draft_is_wrong(const kt_draft *d);
 
-/* ---- robot_inertia.c: inertias that no body has
- * ------------------------------------------------------------------------ */
+/* ---- robot_inertia.c: inertias that no body has ------------------------------------------------------------------ */
 
 typedef struct kt_inertia_findings {
     kt_draft *d;
@@ -316,8 +315,7 @@ typedef struct kt_inertia_findings {
 void kt_inertias_check(kt_inertia_findings *findings, kt_draft *d, const kt_robot_options *options);
 void kt_inertia_notes(kt_notes *notes, const kt_inertia_findings *findings);
 
-/* ---- robot_mass.c: masses that the file does not give
- * ------------------------------------------------------------------ */
+/* ---- robot_mass.c: masses that the file does not give ------------------------------------------------------------ */
 
 /* Gives a body mass, com and inertia of its shapes, as solids of a density; false if they have no volume. */
 bool kt_mass_by_shapes(kt_body *body, double density);
@@ -325,8 +323,7 @@ bool kt_mass_by_shapes(kt_body *body, double density);
 /* Gives links the masses that the options name. */
 void kt_masses_give(kt_draft *d, const kt_robot_options *options);
 
-/* ---- solid_mass.c: what uniform solids weigh
- * -------------------------------------------------------------------------- */
+/* ---- solid_mass.c: what uniform solids weigh --------------------------------------------------------------------- */
 
 typedef enum kt_solid {
     KT_SOLID_NONE,

@@ -12,7 +12,8 @@
 typedef struct kt_contact_law {
     double friction, torsion, rolling; /* coefficient of slip; lengths for a spin about the normal and for rolling, m */
     double condim, priority, mix;      /* mix: weight of a mean */
-    double reference[2], impedance[5]; /* solref, solimp */
+    double reference[2];               /* solref: time constant, s, and damping ratio; or -stiffness, -damping */
+    double impedance[5];               /* solimp: least and largest impedance, width, m, midpoint, power */
     double distance;                   /* distance of the surfaces at which contact begins */
 } kt_contact_law;
 
@@ -31,8 +32,7 @@ bool kt_contact_law_settle(kt_contact_law *law);
 #define KT_NOTE_MIXED_REFERENCE                                                                                        \
     "solref of which one number alone is above zero, so that MuJoCo's default applies, 0.02 and 1"
 
-/* ---- robot_contact.c: solids on planes
- * --------------------------------------------------------------------------------- */
+/* ---- robot_contact.c: solids on planes --------------------------------------------------------------------------- */
 
 /* Directions in which a body without edges is sampled: to faces, edges and corners of a cube. */
 enum { KT_CONTACT_EXTREMES = 26, KT_CONTACT_POINTS_MOST = 64 /* contacts of one solid with one plane */ };

@@ -7,7 +7,8 @@
 
 /* ---- text -------------------------------------------------------------------------------------------------------- */
 
-/* A character that XML does not have becomes '?'. */
+/* Writes a piece of a format as it is. In an argument, special characters are replaced; a character that XML does not
+ * have becomes '?'. */
 static void write_piece(void *user, const char *text, size_t length, bool is_argument) {
     const kt_export *x = user;
     for (size_t i = 0; i < length; i++)

@@ -137,7 +137,8 @@ static kt_pose whole_pose(const kt_export *x, int i) {
     return pose;
 }
 
-/* From the outermost joint inwards; their number has no bound, so that each finds its frame anew. */
+/* Writes the joints of the bodies that are merged into body i (first_of), then its own, and returns their number.
+ * `frame` is the pose of body k in body i; as many bodies may be merged, each pose is found anew. */
 static int write_joints(kt_export *x, int i) {
     int count = 0;
     for (int k = first_of(x, i); k != i; k = x->first_child[k]) {

@@ -85,7 +85,8 @@ static bool can_change(const kt_effect *effect, const kt_key *key) {
            !(is_coefficient || key->offset == offsetof(kt_effect, efficiency));
 }
 
-/* Numbers of loops and effects are those of their keys. Those of a function of time begin with its value. */
+/* Finds the key of a loop or of an effect that has the number at an address. Of a function of time, this is its
+ * `value`. On failure, *target is overwritten. */
 static bool find_in_keys(const kt_descriptor *d, const void *object, bool of_loop, const double *at,
                          kt_assignment_target *target) {
     for (int i = 0; i < d->key_count; i++) {

@@ -278,7 +278,8 @@ static int32_t local_of(const kt_code_roll *r, const kt_code_loop_plan *l, int i
     return r->at[operand] >= 0 && at >= 0 && at < l->size ? at : -1;
 }
 
-/* Reads an operand in all iterations: cell, unless the operand is local. Returns false if iterations differ. */
+/* Reads an operand in all iterations. The iteration may compute the operand itself; otherwise the operand becomes a
+ * slot. Returns false if iterations differ. */
 static bool read_operand(kt_code_roll *r, kt_code_loop_plan *l, const kt_op *operand) {
     const int32_t local = local_of(r, l, 1, operand[1]);
     for (int i = 0; i < l->count; i++)

@@ -181,7 +181,8 @@ static void find_length(kt_accuracy *study, const kt_walk *walk) {
     results->length = results->unit == KT_ACCURACY_MIXED && edge > 0.0 && isfinite(edge) ? edge : 1.0;
 }
 
-/* Computes the amplitude: the largest distance from the initial state. Returns the largest speed. */
+/* Computes the amplitude: the largest distance from the initial state. Returns the largest speed, for which the
+ * velocities of `begin` are zero meanwhile. */
 static double find_amplitude(kt_accuracy *study, const kt_accuracy_states *states) {
     kt_accuracy_results *results = &study->results;
     double speed = 0.0;
