@@ -207,7 +207,8 @@ static void add_geom(kt_mjcf *m, const kt_element *e, int body, kt_pose frame) {
     kt_mjcf_add_surface(m, e, body, solids[g.type], g.size, g.pose);
 }
 
-/* Moves the sums to the centre of mass. */
+/* Until now, com is the sum of m c, and the inertia is about the body's origin: com becomes the centre, with the
+ * inertia about it. */
 static void centre_geoms(kt_mjcf *m, kt_mjcf_body *b) {
     if (b->lost_meshes > 0)
         kt_note_massless(&m->massless_names, &m->notes.mesh_masses, b->name, b->element);

@@ -57,6 +57,7 @@ static bool take_bushing(kt_export *x, const kt_effect *e) {
     return true;
 }
 
+/* URDF has dampers and friction of joints alone. An effect that the format cannot express is lost. */
 static void take_effect(kt_export *x, const kt_effect *e, kt_robot_format format) {
     static const char *const names[KT_EFFECT_TYPE_COUNT] = {
 #define KT_NAME(id, name) [id] = "effects of type " #name,

@@ -28,7 +28,7 @@ bool kt_export_take_rope(kt_export *x, const kt_effect *e) {
         return e->type == KT_EFFECT_SPRING && take_line_spring(x, e);
     if (s->beyond) {
         kt_export_lose(x, "stops along paths");
-        return true;
+        return true; /* counted here: nothing else can represent it */
     }
     if (!(s->rest[0] >= 0.0) || !kt_export_add_rope(x, e))
         return false;

@@ -61,7 +61,7 @@ bool kt_is_parameter(const kt_reader *r, const char *name) { return find_paramet
 
 bool kt_is_expression(const kt_node *node) { return node->kind == KT_NODE_TEXT && node->of.text[0] == '='; }
 
-/* Whether a text is an expression of some names or other. */
+/* Accepts the time, and any name that has no meaning of its own in formulas. */
 static bool find_any_name(void *user, const char *name, kt_symbol *symbol) {
     (void)user;
     *symbol = (kt_symbol){.index = 0};

@@ -28,6 +28,7 @@ static kt_body_frame picture_frame_of(const kt_picture_maker *m, const kt_end *e
     return frame;
 }
 
+/* Whether a coupling contains the joint of a body. */
 static bool is_coupled(const kt_picture_maker *m, int body) {
     const char *name = kt_joint_name(m->model, body);
     for (int i = 0; i < m->description->loop_count; i++) {
