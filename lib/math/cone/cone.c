@@ -6,6 +6,7 @@
 #include "kinetree/algebra.h"
 
 #include <assert.h>
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -30,23 +31,26 @@ static double turn_of(const double *w, const double *q, double mu, double angle,
     return e0 * u2 - e1 * u1;
 }
 
-/* The direction between two angles at which e x u_t changes its sign: by secants, each third step a bisection. */
-static void bracket_turn(const double *w, const double *q, double mu, double a, double b, double *x, double *along) {
-    double fa = turn_of(w, q, mu, a, x, along), fb = turn_of(w, q, mu, b, x, along);
-    for (int k = 0; k < 60 && fabs(b - a) > 1e-15; k++) {
-        double c = k % 3 == 2 ? 0.5 * (a + b) : (a * fb - b * fa) / (fb - fa);
-        if (!(c > a && c < b))
-            c = 0.5 * (a + b);
-        const double fc = turn_of(w, q, mu, c, x, along);
-        if ((fc <= 0.0) == (fa <= 0.0)) {
-            a = c;
-            fa = fc;
+/* The direction between two angles at which e x u_t, `turn` there, changes its sign: by secants. If b moves to the
+ * same side again, fa is lowered, so that the next secant ends on the other side (Anderson and Bjorck 1973). The search
+ * ends when a secant moves b by roundings. */
+static void bracket_turn(const double *w, const double *q, double mu, double a, double b, const double turn[2],
+                         double *x, double *along) {
+    double fa = turn[0], fb = turn[1];
+    for (int k = 0; k < 60; k++) {
+        const double c = b - fb * (b - a) / (fb - fa), fc = turn_of(w, q, mu, c, x, along), left = 1.0 - fc / fb;
+        const bool ends = fc == 0.0 || fabs(c - b) <= DBL_EPSILON * fabs(b);
+        if ((fc <= 0.0) == (fb <= 0.0)) {
+            fa *= left > 0.0 ? left : 0.5;
         } else {
-            b = c;
-            fb = fc;
+            a = b;
+            fa = fb;
         }
+        b = c;
+        fb = fc;
+        if (ends)
+            break;
     }
-    (void)turn_of(w, q, mu, 0.5 * (a + b), x, along);
 }
 
 /* Computes x of one contact that slips: the root next to the angle `from`, or 0 without a root. Parts of the circle are
@@ -66,7 +70,7 @@ static void slip_one(const double *w, const double *q, double mu, double from, d
             if ((turn[k] <= 0.0) != (turn[k + 1] <= 0.0) && (along[k] > 0.0 || along[k + 1] > 0.0) &&
                 fabs(mid - from) < far) {
                 double now;
-                bracket_turn(w, q, mu, a, b, y, &now);
+                bracket_turn(w, q, mu, a, b, turn + k, y, &now);
                 if (now > 0.0 && y[0] > 0.0) {
                     far = fabs(mid - from);
                     memcpy(x, y, sizeof y);
