@@ -10,6 +10,7 @@
 
 #include <string.h>
 
+/* Whether the rates of the drives of a group leave a remainder `missed` that is not small relative to the rates. */
 static bool is_dead(const kt_group_work *w, const double *missed) {
     double most = 0.0, rate = 0.0;
     for (int r = 0; r < w->k; r++) {

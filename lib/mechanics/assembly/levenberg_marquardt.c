@@ -54,6 +54,7 @@ static double group_gap_of(const kt_group_work *w) {
     return violation.gap;
 }
 
+/* The sum of the squares of the residuals in their scales, which the search reduces. */
 static double squares(const kt_group_work *w) {
     double sum = 0.0;
     for (int r = 0; r < w->k; r++)

@@ -19,6 +19,7 @@ static bool has_custom_loops(const kt_model *model) {
     return any;
 }
 
+/* Whether numbers are of a size that a description may have; NULL: there are none. */
 static bool is_moderate(const double *x, size_t n) {
     bool moderate = true;
     for (size_t i = 0; i < n && x != NULL; i++)

@@ -25,6 +25,7 @@ static size_t numbers_of_part(size_t count) {
     return (kt_expression_part_size(count) + sizeof(double) - 1) / sizeof(double);
 }
 
+/* Counts the curve and the numbers of a part of a formula that depends on time alone. */
 static void count_formula_part(void *user, const kt_expression_term *term, size_t count) {
     kt_counts *n = user;
     (void)term;
@@ -38,6 +39,7 @@ typedef struct kt_part_place {
     size_t *number, part;
 } kt_part_place;
 
+/* Stores such a part as a function of time (kt_curve), with numbers of its own. */
 static void fill_part(void *user, const kt_expression_term *term, size_t count) {
     kt_part_place *to = user;
     kt_curve *curve = &to->model->time_part[to->part++];

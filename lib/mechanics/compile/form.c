@@ -38,6 +38,7 @@ enum { FREE_LEAST = 10 };
  * three windows takes nearly the same time with dense matrices, and a row of ten windows twice as much. */
 enum { KT_FRONT4_LINKS = 10 };
 
+/* The time of an evaluation: operations, links and loops, and the entries of M, at the measured prices of a form. */
 static double form_cost(const form_price *of, double operations, const kt_group *group) {
     const double m = group->v_count;
     return of->operation * operations + of->link * group->link_count + of->loop * group->loop_count + of->entry * m * m;
@@ -189,6 +190,7 @@ static bool fits_front4(const kt_model *model, const kt_group *group) {
     return fits;
 }
 
+/* Chooses a special form of a group that is planned for fronts, if ranks and accuracy permit it. */
 static void choose_among_fronts(const kt_model *model, kt_group *group) {
     const bool inexact = group->reason == KT_FORM_REASON_INEXACT;
     if (is_delassus(group) && !inexact)

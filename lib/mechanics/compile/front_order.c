@@ -45,6 +45,7 @@ static const kt_loop_record *planned_loop_of(const planner *p, int i) {
 
 /* ---- the links and loops of a group ------------------------------------------------------------------------------ */
 
+/* Puts an end of a loop at the head of the list of ends on its link. */
 static void add_end(const planner *p, int32_t loop, int end) {
     const int32_t link = p->m->loop[loop].link[end], at = 2 * loop + end;
     if (!is_in_group(p, link))
@@ -306,6 +307,7 @@ static bool fits_delassus(const planner *p) {
     return fits && count <= KT_DELASSUS_MAX;
 }
 
+/* Operations of the dense form: the factors of A', Q2, M Q2 and Q2' M Q2, and the factors of the reduced inertia. */
 static double dense_flops(const planner *p) {
     double m = p->group->v_count, k = 0.0;
     for (int i = 0; i < p->group->loop_count; i++)

@@ -13,6 +13,7 @@
 
 #include <string.h>
 
+/* The root of a set. Each step halves the path to the root, so that later calls are shorter. */
 static int32_t set_of(kt_attach *a, int32_t i) {
     while (a->above[i] != i) {
         a->above[i] = a->above[a->above[i]];

@@ -30,6 +30,7 @@
 
 /* ---- in a tree --------------------------------------------------------------------------------------------------- */
 
+/* Whether a body is on the link or behind it: parents have smaller indices. */
 static bool link_carries_body(const kt_model *m, size_t link, int body) {
     int32_t at = body > 0 ? m->body[body].link : 0;
     while (at > (int32_t)link)

@@ -25,6 +25,7 @@ typedef struct reporter {
     kt_error first; /* code KT_OK: none yet */
 } reporter;
 
+/* Reports a fault to the caller, and stores the first one. */
 static void report_fault(reporter *t, kt_item item, int index, const char *field, const kt_error *error) {
     const kt_place place = {.item = item, .index = index, .sub = -1, .field = field};
     if (t->first.code == KT_OK)

@@ -41,6 +41,7 @@ static bool lies_between(const double *a, const double *b, const double *p) {
     return fmin(a[0], b[0]) <= p[0] && p[0] <= fmax(a[0], b[0]) && fmin(a[1], b[1]) <= p[1] && p[1] <= fmax(a[1], b[1]);
 }
 
+/* Whether the segments a b and c d have a point in common: they cross, or an end of one lies on the other. */
 static bool edges_meet(const double *a, const double *b, const double *c, const double *d) {
     const double ac = doubled_area(a, b, c), ad = doubled_area(a, b, d), ca = doubled_area(c, d, a),
                  cb = doubled_area(c, d, b);

@@ -17,6 +17,8 @@ static int coordinate_body_of(const kt_model *m, const char *text, kt_coordinate
     return body;
 }
 
+/* The joint or loop of a coordinate's name. The search for a loop begins at the last one that was found, since effects
+ * of one loop mostly follow each other. */
 static kt_attach_coordinate find_attach_coordinate(kt_attach *a, const char *joint) {
     const kt_coordinate_name name = kt_coordinate_name_of(joint);
     kt_attach_coordinate c = {.body = coordinate_body_of(a->tree, joint, name), .loop = -1, .component = name.k};

@@ -258,6 +258,8 @@ kt_status kt_parameter_require(const kt_model *model, const kt_parameter *parame
 
 /* ---- present numbers --------------------------------------------------------------------------------------------- */
 
+/* The numbers of a function of time as a parameter: y, y', y'' and the time to which they belong (KT_CURVE_FOLLOWS), or
+ * its values at t = 0 if it has not been set. */
 static void get_curve(const kt_model *m, const kt_curve *curve, double *values) {
     const bool set = kt_curve_follows(curve);
     if (!set)
@@ -346,6 +348,7 @@ static void set_body(kt_model *m, const kt_parameter *parameter, const double *x
     kt_link_add_inertia(m, body->link);
 }
 
+/* Sets gravity in space and in each plane. */
 static void set_gravity(kt_model *m, const double *x) {
     const kt_vec3 gravity = kt_vec3_make(x[0], x[1], x[2]);
     m->gravity = kt_v4_from(gravity);

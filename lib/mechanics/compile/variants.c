@@ -69,6 +69,8 @@ static int effect_of_stick(const compilation *c, int k) {
     return loop >= 0 && c->loops[loop].side == KT_SIDE_NONE ? effect_of_loop(c, loop) : -1;
 }
 
+/* Adds a switch for an item that may be switched, and marks it in the initial set if it is on at first. Switches from
+ * `own` on share their bits, and have no bit of their own in a set. */
 static void add_variant_switch(compilation *c, kt_switch item, kt_switching switching) {
     if (switching == KT_ALWAYS_ON || switching == KT_NEVER_ON)
         return;

@@ -16,9 +16,9 @@ KT_EACH_ISA(KT_REJECTING_DECLARE)
 
 #ifndef KT_LANES
 /* A callback that stops (a negative number) ends the call, even if a second call of the callback would succeed. The
- * rates of the loop's equations carry the number (loop/custom.h), and functions that evaluate loops store the number in
- * the data. Calls that may fail end with kt_stop_report, which erases the number. Without own loops of the caller
- * (kt_model.custom), nothing is stored, and the report returns `status`. */
+ * rates of the loop's equations carry the number (loop/loop_custom.h), and functions that evaluate loops store the
+ * number in the data. Calls that may fail end with kt_stop_report, which erases the number. Without own loops of the
+ * caller (kt_model.custom), nothing is stored, and the report returns `status`. */
 void kt_stop_store_code(const kt_model *model, const kt_data *data, const kt_loop_record *loop, double rate);
 kt_status kt_stop_report(const kt_model *model, const kt_data *data, double t, kt_status status, kt_error *error);
 

@@ -143,6 +143,7 @@ kt_status kt_mass_inverse_compute(kt_mass_inverse *inverse, kt_data *data, doubl
 
 /* ---- columns ----------------------------------------------------------------------------------------------------- */
 
+/* x becomes Z (Z' M Z)^-1 Z' x, with the factors in w->reduced. */
 static void apply_closed(kt_mass_inverse *w, double *x) {
     const int nv = (int)w->model->n.v;
     for (int c = 0; c < w->dofs; c++)

@@ -104,6 +104,7 @@ kt_status kt_derivatives_reject_unknown(double t, double size, double most, kt_e
 /* The arrays of a group's equations. */
 typedef enum array { RIGHT, MULTIPLIER, RESIDUAL, PRODUCT } array;
 
+/* The array in a group's matrices, in the order of its slots. */
 static double *array_of(const kt_group_work *w, array of) {
     return of == RIGHT        ? w->right
            : of == MULTIPLIER ? w->multiplier

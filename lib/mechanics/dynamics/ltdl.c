@@ -18,6 +18,7 @@ enum { LANES = 4 };
 
 /* Lanes before the n-th. */
 typedef int64_t lane_mask __attribute__((vector_size(32)));
+/* The mask of the first n lanes, read from a table of ones and zeros at an offset. */
 KT_INLINE lane_mask lanes_before(size_t n) {
     static const int64_t on[2 * LANES] = {-1, -1, -1, -1};
     lane_mask mask;

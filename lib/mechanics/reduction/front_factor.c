@@ -91,6 +91,7 @@ KT_INLINE int complete_loops(const kt_front *f, const kt_front_step *step, int n
     return count;
 }
 
+/* The number of vectors in slots that are in use. */
 static int count_vectors(const kt_front *f) {
     int count = 0;
     for (int32_t l = 0; l < f->active_count; l++)
@@ -104,6 +105,7 @@ static int count_vectors(const kt_front *f) {
 #define SMALL_OF_USUAL (1.0 / 16.0)
 #define SMALL_OF_REACH (1.0 / 16.0)
 
+/* squares: the squared size of the direction; `usual`: the step's usual size. */
 KT_INLINE bool is_small(const kt_front *f, int32_t equation, double squares, double usual) {
     const double weight = f->w.weight ? f->w.weight[equation] : 1.0;
     const double reach = kt_front_reach(f->model, f->components < KT_FRONT_SPACE, &f->w, equation) *

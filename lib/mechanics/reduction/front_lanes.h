@@ -42,7 +42,7 @@ KT_INLINE void kt_front_expand_reflector(const double *row, int head, int n, dou
         u[i] = 0.0;
 }
 
-/* Turns x, with n entries from `from` on and zeros behind, into the reflector that maps x onto its entry `head`, whose
+/* Turns x, with n entries and zeros behind, into the reflector that maps x onto its entry `head`, whose
  * new value is *to. Returns t, or 0 if x is zero or its squares underflow. */
 KT_INLINE double kt_front_make_reflector(double *x, int head, int n, double *to) {
     const double squares = kt_front_dot(x, x, n);

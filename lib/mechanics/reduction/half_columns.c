@@ -204,6 +204,7 @@ KT_INLINE void find_half_diagonal_of(const kt_group_work *w, const kt_half *h, i
     }
 }
 
+/* find_half_diagonal_of, with a constant number of rows in the frequent cases, so that loops can be unrolled. */
 static void find_half_diagonal(const kt_group_work *w, const kt_half *h, int i) {
     if (h->rank - LANES * i >= LANES)
         find_half_diagonal_of(w, h, i, LANES);

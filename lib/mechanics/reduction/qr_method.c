@@ -32,6 +32,7 @@ KT_INLINE kt_qr qr_of(const kt_group_work *w) {
     return (kt_qr){.m = w->m, .k = w->k, .factor = w->factor, .reflector_scale = w->reflector_scale, .pivot = w->pivot};
 }
 
+/* Removes weights of equations, and the scales of a balanced group, from R, so that R belongs to A again. */
 static void unweight(const kt_group_work *w, int rank) {
     const kt_qr qr = qr_of(w);
     if (w->weight)
@@ -190,6 +191,7 @@ static kt_condition solve_by_qr(const kt_group_work *w, int rank, int width) {
 
 #ifndef KT_LANES
 
+/* R1 lambda = Q1' g, for the independent equations; lambda of the others is 0. */
 static void qr_multipliers(const kt_group_work *w, int rank, double *g, double *lambda) {
     const kt_qr qr = qr_of(w);
     if (w->unit)

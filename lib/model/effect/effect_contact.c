@@ -200,6 +200,7 @@ typedef struct contact_turn {
     double u, h, slope; /* slope = h' / u */
 } contact_turn;
 
+/* h and h' / u of a turn w; at rest h is its limit arm / w0. */
 static contact_turn turn_of(const kt_effect_record *effect, kt_vec3 w, double arm) {
     const double u = kt_vec3_norm(w), ratio = u / effect->turn, sign = tanh(ratio),
                  share = ratio > 0.0 ? sign / ratio : 1.0, h = arm / effect->turn;

@@ -193,6 +193,8 @@ static bool wrap_inside(kt_triple p, kt_triple q, kt_triple n, double r, kt_path
 
 /* ---- in space ---------------------------------------------------------------------------------------------------- */
 
+/* The part around a circle in the plane normal to n: outside of it, or inside as through a ring. Returns false if the
+ * path is straight. */
 static bool wrap_in_plane(const kt_path_point_record *surface, kt_triple p, kt_triple q, kt_triple n,
                           const kt_triple *side, kt_path_part *to) {
     if (!surface->inside)
@@ -238,6 +240,7 @@ static bool wrap_around(const kt_path_point_record *surface, const kt_effect_fra
     return true;
 }
 
+/* The part along the line d = q - p: dL/dp = -d / |d|, dL/dq = d / |d|. */
 static void lead_straight(kt_triple p, kt_triple q, kt_path_part *to) {
     const kt_triple d = kt_triple_sub(q, p);
     to->length = kt_triple_norm(d);
@@ -339,8 +342,8 @@ static kt_vec3 reached_from(const kt_path_point_record *surface, kt_vec3 axis, k
 }
 
 /* Writes the points of an arc between two points of contact, relative to the centre, along the shorter arc or, if the
- * path leaves the first point in the other sense, along the longer arc. A ring is
- * touched in a single point. */
+ * path leaves the first point in the other sense, along the longer arc. A ring is touched in a single
+ * point. */
 static void trace_arc(kt_vec3 n, kt_vec3 axis, kt_vec3 from, kt_vec3 to, kt_vec3 away, bool is_ring, kt_vec3 *points) {
     const kt_vec3 a = part_across(axis, from), b = part_across(axis, to), forward = kt_vec3_cross(n, a);
     double turn = is_ring ? 0.0 : atan2(kt_vec3_dot(n, kt_vec3_cross(a, b)), kt_vec3_dot(a, b));

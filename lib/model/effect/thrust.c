@@ -7,6 +7,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "effect/effect.h"
 
+/* f = m' u; curve[0] is m(t), and exhaust is u. */
 static kt_triple thrust_force_of(const kt_effect_record *effect, const double *numbers, const kt_effect_frame *end,
                                  double t) {
     double mass[3];

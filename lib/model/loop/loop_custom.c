@@ -226,6 +226,7 @@ static void add_derivatives(const kt_loop_record *loop, double t, const kt_loop_
     }
 }
 
+/* The direction of the derivative in a dual motion: of R' = angle x R it has angle = sum r_k x r_k' / 2. */
 static direction motion_direction_of(const kt_custom_motion *m) {
     direction by = {.d = derivative_of(m->d), .u = derivative_of(m->u), .w = derivative_of(m->w)};
     for (int k = 0; k < 3; k++)

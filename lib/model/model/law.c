@@ -7,6 +7,7 @@
 
 static bool has_law(const kt_effect *effect) { return effect->type == KT_EFFECT_EXPRESSION && effect->law != NULL; }
 
+/* The names for a law, before its variables are added. */
 static kt_formula_names names_without_variables(const kt_description *description, const kt_effect *effect) {
     kt_effect of = *effect;
     if (effect->state_count > 0) { /* as that of a rate, which has no ends */
