@@ -62,6 +62,7 @@ static kt_element *include_file(kt_mjcf *m, const kt_element *e, int document) {
     return NULL;
 }
 
+/* The contents of a file replace its <include>, and may include further files. */
 static void expand_includes(kt_mjcf *m, int document, kt_element *parent, int depth) {
     kt_element *before = NULL;
     for (kt_element *e = parent->first; e != NULL && !m->r->out_of_memory;) {

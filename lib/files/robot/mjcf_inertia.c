@@ -37,6 +37,7 @@ static void copy_bodies(const kt_mjcf *m, kt_body *bodies) {
     }
 }
 
+/* M += armature J'J for fixed tendons, whose J are the coefficients. */
 static void add_tendons(kt_mjcf *m, const kt_model *model, double *mass) {
     const int nv = kt_model_nv(model);
     for (int t = 0; t < m->tendons.count; t++) {
@@ -81,6 +82,7 @@ static void take_mobilities(kt_mjcf *m, const kt_contact_tree *tree, const doubl
     }
 }
 
+/* `mass` is M with the armatures of all tendons, and then its Cholesky factor. */
 static kt_status find_all(kt_mjcf *m, const kt_contact_tree *tree, kt_error *error) {
     const size_t nv = (size_t)kt_model_nv(tree->model);
     double *mass = kt_reader_take(m->r, &m->r->scratch, nv * nv + 8 * nv + 1, sizeof *mass);

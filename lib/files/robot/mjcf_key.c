@@ -10,6 +10,7 @@
 #include <math.h>
 #include <string.h>
 
+/* NULL: the keyframe has no such attribute, or a wrong number of values, which is reported. */
 static double *key_numbers(kt_mjcf *m, const kt_element *key, const char *name, int count) {
     const char *text = kt_xml_attribute(key, name);
     if (text == NULL)

@@ -48,6 +48,7 @@ static bool find_sites(kt_mjcf *m, const kt_element *e, kt_end ends[2]) {
     return true;
 }
 
+/* The anchor in the first body, and the point of the second body that is there at the reference positions. */
 static bool find_connected(kt_mjcf *m, const kt_element *e, kt_end ends[2]) {
     int bodies[2];
     if (kt_xml_attribute(e, "site1") != NULL)
@@ -65,6 +66,7 @@ static bool find_connected(kt_mjcf *m, const kt_element *e, kt_end ends[2]) {
     return true;
 }
 
+/* Without a relpose, or with one whose quaternion is zero, the bodies keep their pose at the reference positions. */
 static bool find_welded(kt_mjcf *m, const kt_element *e, kt_end ends[2]) {
     int bodies[2];
     double v[7] = {0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0};

@@ -65,6 +65,7 @@ void kt_mjcf_place_media(kt_mjcf *m) {
 
 /* ---- drag -------------------------------------------------------------------------------------------------------- */
 
+/* b: the sizes of the box (top of the file). */
 static void set_coefficients(const kt_mjcf *m, const double b[3], kt_effect *drag) {
     const double pi = 3.14159265358979323846, d = (b[0] + b[1] + b[2]) / 3.0;
     for (int i = 0; i < 3; i++) {

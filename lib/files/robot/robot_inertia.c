@@ -90,6 +90,8 @@ static void properties_of(const parts *p, int b, kt_vec3 *centre, kt_sym3 *inert
 
 static part *part_of(const parts *p, int body) { return &p->part[p->first[body]]; }
 
+/* The first pass sums mass and first moment of each rigid part; the second sums the inertia about the centre that
+ * follows. */
 static void sum_parts(parts *p) {
     const kt_draft *d = p->findings->d;
     const int count = d->bodies.count;
