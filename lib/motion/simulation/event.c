@@ -502,8 +502,8 @@ static kt_status renew_sides(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
-/* Applies one event that is due. A recorder that stops the run at an event does not receive this event's record
- * again. */
+/* Applies one event that is due: its record, its action and, if the action has changed the state, another record behind
+ * it. A recorder that stops the run at an event does not receive the first record again. */
 static kt_status fire(kt_simulation *simulation, size_t k, kt_recorder *recorder, void *user, kt_error *error) {
     kt_event_root *root = &simulation->event_root[k];
     const double t = kt_integrator_time(simulation->integrator);
