@@ -71,7 +71,8 @@ static void pose_block(const kt_coulomb *c, int i, int j, int stride, double *W)
     }
 }
 
-/* Copies numbers between the rows of the cone solver and the rows of the problem. */
+/* Writes the impulses of all rows from x of the cone solver. An item that slips in a given direction has friction from
+ * its normal impulse (rows_of). */
 static void scatter_rows(const kt_coulomb *c, const double *x, double *p) {
     int row[3];
     double by[3];
@@ -81,6 +82,7 @@ static void scatter_rows(const kt_coulomb *c, const double *x, double *p) {
             p[row[k]] += by[k] * x[r];
 }
 
+/* Takes impulses or rates of the rows for the cone solver, three per item. Rows that the solver does not use are 0. */
 static void gather(const kt_coulomb *c, const double *p, double *x) {
     int row[3];
     double by[3];
@@ -351,6 +353,7 @@ static void stick_all(const kt_coulomb *c, kt_coulomb_solution *to) {
         memset(to->p, 0, (size_t)c->rows * sizeof *to->p);
 }
 
+/* Whether some item may not stick, other than those that may only be open. */
 static bool any_is_rejected(const kt_coulomb *c) {
     for (int i = 0; i < c->n; i++)
         if ((c->item[i].rejected & 1U << KT_COULOMB_STICK) != 0 && !kt_coulomb_is_open_alone(&c->item[i]))
@@ -407,7 +410,7 @@ static bool solve_without_some(kt_coulomb *c, kt_coulomb_solver *solver, kt_coul
     return !kt_coulomb_is_unique(c, to) && make_independent(c, solver, to, steps);
 }
 
-/* Solves the problem in the order of its items. The items do not rest. */
+/* Solves the problem in the order of its items. The items do not rest. independent: as in kt_coulomb_solve. */
 static bool solve_moving(kt_coulomb *c, kt_coulomb_solver *solver, bool independent, kt_coulomb_solution *solution,
                          uint64_t *steps) {
     kt_coulomb_solution *other = solver->other;

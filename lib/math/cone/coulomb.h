@@ -6,8 +6,8 @@
  *
  * of impulses and rates, or of forces and accelerations. If an item slips from the outset, e is known. Dry friction of
  * a joint has one row, whose limit S does not depend on a normal force: abs(p) <= S. Each item is in one of a few
- * modes. In each mode all is linear except the directions e of slipping items; for these, Newton's iteration solves e x
- * u_t = 0. The cone solver (cone.h) finds the modes. Friction may have no solution, or two (Painleve 1895).
+ * modes. In each mode all is linear except the directions e of slipping items. For these, Newton's iteration solves
+ * e x u_t = 0. The cone solver (cone.h) finds the modes. Friction may have no solution, or two (Painleve 1895).
  *
  * A contact may have a least normal impulse l > 0 (expansion, by Poisson's rule):
  *
@@ -265,9 +265,9 @@ bool kt_coulomb_find_rest(const kt_coulomb *c, kt_coulomb_solution *to, bool sli
     X(char, cone_memory, cone, "the cone solver")
 
 typedef struct kt_coulomb_solver {
-    bool has_limit, symmetric;
-    bool grows;    /* friction may grow from zero, if no start succeeds: the solution may wedge a contact */
-    bool is_loose; /* larger residuals are taken, since there is no solution with smaller ones */
+    bool has_limit, symmetric; /* of the cone problem: some item has a largest force; W is symmetric */
+    bool grows;                /* friction may grow from zero, if no start succeeds: the solution may wedge a contact */
+    bool is_loose;             /* larger residuals are taken, since there is no solution with smaller ones */
     struct kt_cone *cone;
     kt_coulomb_solution *other, *next, *best;
     KT_ARENA_DECLARE(KT_COULOMB_SOLVER_FIELDS)

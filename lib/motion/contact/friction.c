@@ -69,6 +69,8 @@ static kt_coulomb_item *add_item(kt_coulomb *p, const kt_simulation *simulation,
 
 /* ---- impacts ----------------------------------------------------------------------------------------------------- */
 
+/* Normal rates of the problem are measured from their bounds, so that p - least is complementary to u - bound. Behind
+ * the solution they are absolute again, and exactly the bound where a contact presses. */
 bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W, kt_impact_phase *phase) {
     struct kt_contacts *c = simulation->contacts;
     double size;
@@ -258,7 +260,8 @@ bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, doub
 /* Adds a contact that does not part. The direction of fast slip is known. Slow slip has the direction of an implicit
  * step, like the forces after this instant (slip_prediction.c): the rates are (s + tau s') / tau. Sticking in the
  * solution means that slip comes to rest within tau, not at this instant. With present directions some corners of a
- * body would press that do not press after this instant. Such corners would part and close without end. */
+ * body would press that do not press after this instant. Such corners would part and close without end. leaving: as in
+ * set_problem. */
 static void add_coulomb_contact(kt_coulomb *p, const kt_simulation *simulation, int line, const double *u,
                                 bool leaving) {
     const struct kt_contacts *c = simulation->contacts;
@@ -289,7 +292,7 @@ static void add_coulomb_contact(kt_coulomb *p, const kt_simulation *simulation, 
     }
 }
 
-/* Adds the dry friction of a joint, with its largest force. Friction that leaves may not stick. */
+/* Adds the dry friction of a joint, with its largest force. leaving: friction that leaves may not stick. */
 static void add_dry(kt_coulomb *p, const kt_simulation *simulation, int line, bool leaving) {
     const kt_contact *friction = &simulation->contacts->item[simulation->contacts->list[line]];
     kt_coulomb_item *item = add_item(p, simulation, line);
@@ -299,7 +302,8 @@ static void add_dry(kt_coulomb *p, const kt_simulation *simulation, int line, bo
 }
 
 /* Sets the rows that take part, and their accelerations without reactions. leaving: contacts that leave have no
- * reaction. strict: contacts that part more slowly than their rest velocity are left out, too. */
+ * reaction, and friction that leaves does not stick. strict: contacts that part more slowly than their rest velocity
+ * are left out, too. */
 static kt_coulomb *set_problem(const kt_simulation *simulation, const double *W, const double *u, bool leaving,
                                bool strict) {
     struct kt_contacts *c = simulation->contacts;
@@ -438,7 +442,7 @@ static bool find_decelerations(const kt_simulation *simulation, const double *u)
  * are used. In the solution, slow slip that may stop is at rest. If friction holds none of this slip, slip continues in
  * its present directions, since the directions in which slip would begin from rest may have other reactions, and press
  * other contacts. If these have no solution either, the first solve is repeated, whose problem and solution the caller
- * uses. */
+ * uses. leaving, strict: as in set_problem. */
 static bool solve_attempt(kt_simulation *simulation, const double *W, const double *u, bool leaving, bool strict) {
     struct kt_contacts *c = simulation->contacts;
     const bool stops = c->stops;
