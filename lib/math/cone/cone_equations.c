@@ -17,7 +17,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Pivots below this part of the largest entry vanish. The other part of the entry replaces them. */
+/* Pivots below this part of the largest entry vanish. The other part of the entry replaces them, so that singular
+ * equations have a finite solution. */
 static const double vanishing = 1e-11, replacement = 1e-8;
 
 /* ---- the pattern ------------------------------------------------------------------------------------------------- */

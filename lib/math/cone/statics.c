@@ -225,7 +225,8 @@ bool kt_statics_begin_square(kt_statics *statics, bool symmetric) {
 
 /* ---- the barrier ------------------------------------------------------------------------------------------------- */
 
-/* The largest t with which the forces p of an item are in its cone. */
+/* The largest t with which the forces p of an item are in its cone: p_n - l - |p_t| / mu of a contact, S - |p| of dry
+ * friction; negative outside of the cone. */
 static double margin_of_item(const kt_statics_item *item, const double *p) {
     if (item->type == KT_STATICS_FREE)
         return HUGE_VAL;

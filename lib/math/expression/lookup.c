@@ -172,7 +172,7 @@ void kt_rows_compile(const double *points, int count, kt_interpolation interpola
         double *row = rows + (size_t)k * KT_PIECE_SIZE;
         const double *next = row + KT_PIECE_SIZE;
         const double h = next[KT_PIECE_X] - row[KT_PIECE_X];
-        const double m0 = row[KT_PIECE_C], m1 = next[KT_PIECE_C];
+        const double m0 = row[KT_PIECE_C], m1 = next[KT_PIECE_C]; /* curvatures; 0 if linear */
         row[KT_PIECE_B] = (next[KT_PIECE_Y] - row[KT_PIECE_Y]) / h - h * (2.0 * m0 + m1) / 6.0;
         row[KT_PIECE_C] = 0.5 * m0;
         row[KT_PIECE_D] = (m1 - m0) / (6.0 * h);

@@ -39,8 +39,8 @@ static kt_between jet_ratio(const kt_jet *x, int k) {
     return k == 0 ? one : x->has_ratio ? x->ratio[k] : interval_divide(x->c[k], x->c[0]);
 }
 
-/* Stores the ratios, and derives bounds of coefficients that have no bounds or wide bounds. Infinity times 0 bounds
- * nothing. */
+/* Stores the ratios z_k / z_0, and derives bounds of coefficients that have no bounds or wide bounds. Infinity times 0
+ * bounds nothing. */
 static void jet_settle(kt_jet *z, const kt_between ratio[KT_JET_ORDER + 1]) {
     for (int k = 0; k <= KT_JET_ORDER; k++) {
         z->ratio[k] = ratio[k];

@@ -230,7 +230,8 @@ static void measure_errors(kt_ensemble *e, const kt_integrator *leader) {
                                 row[KT_ROW_E_LOW + 1] - row[KT_ROW_E_LOW], e->k, N);
 }
 
-/* Checks the try of a lane, whose new state is finite, by the mean squares. */
+/* Checks the try of a lane, whose new state is finite. The mean squares are those of adaptive steps with one absolute
+ * tolerance and without quadratures. */
 static void check_lane_try(const kt_ensemble *e, size_t number) {
     kt_ensemble_lane *l = &e->lane[number];
     kt_integrator *it = l->member.simulation->integrator;

@@ -128,7 +128,8 @@ static kt_status move_half(kt_simulation *simulation, double t, double h, const 
     return closes ? kt_simulation_project(simulation, t, q, &changed, error) : KT_OK;
 }
 
-/* One evaluation in the middle: accelerations to simulation->a, and rates of auxiliary states. */
+/* One evaluation in the middle: accelerations to simulation->a, rates of auxiliary states to m->rate and, if not NULL,
+ * the power. */
 static kt_status evaluate_middle(kt_simulation *simulation, double t, kt_power *power, kt_error *error) {
     kt_moreau *m = simulation->moreau;
     const kt_status status = power != NULL ? kt_simulation_power(simulation, t, m->y, power, error)
@@ -141,7 +142,7 @@ static kt_status evaluate_middle(kt_simulation *simulation, double t, kt_power *
                                   : KT_OK;
 }
 
-/* Velocities without impulses, and auxiliary states, from y to m->y; vm is m->middle. */
+/* Velocities without impulses, from y to m->y, and the rates of auxiliary states. The mean velocity vm is m->middle. */
 static kt_status move_freely(kt_simulation *simulation, double t, double h, const double *y, kt_power *power,
                              kt_error *error) {
     kt_moreau *m = simulation->moreau;

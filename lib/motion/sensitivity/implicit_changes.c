@@ -52,7 +52,8 @@ static void gather_stage_changes(kt_step_work *w, kt_coupled c, size_t i, const 
     }
 }
 
-/* Forms the right-hand side of stage i. */
+/* Forms the right-hand side F_i dP_i + f_p dp of stage i. For plain positions, their dP_i receives the known part
+ * h sum_j a_ij dP_j of the velocities. */
 static void form_right(kt_step_work *w, kt_coupled c, size_t i, const column *k, const double *held) {
     const kt_model *model = w->model;
     const size_t nq = model->n.q, n = model->n.v, e = kt_rate_numbers(model), at = i - c.first, rates = w->unknowns - e;

@@ -414,7 +414,7 @@ kt_status kt_simulation_init(const kt_model *model, const kt_run *run, const kt_
     kt_simulation *made = memory;
     made->size = sizes;
     kt_simulation_place_parts(made);
-    if (model->variants) {
+    if (model->variants) { /* parts have room for every variant, and the sizes are those of this one */
         memset(&made->size, 0, sizeof made->size);
         measure_simulation(model, &settings, &made->size);
     }
