@@ -29,7 +29,7 @@
 static const double PI = 3.14159265358979323846;
 static const double SINGULAR = 16.0 * DBL_EPSILON;
 
-typedef struct axes {
+typedef struct axes { /* as above: axes from 0 to 2, and the sign e */
     int i, j, k;
     double e;
     bool proper; /* 1-2-1, k = i; else 1-2-3, k = m */

@@ -13,6 +13,7 @@
 
 #include <stddef.h>
 
+/* The largest deviation of a norm or a length from 1. The product of a column with itself deviates twice as much. */
 static const double QUATERNION_TOLERANCE = 1e-3, MATRIX_TOLERANCE = 1e-6;
 
 /* The name of each type in scene files, and the count of its numbers. */

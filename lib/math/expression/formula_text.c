@@ -6,6 +6,7 @@
 
 #include <string.h>
 
+/* After a piece that does not fit, nothing more is written. */
 static void put_formula_piece(void *user, const char *text, size_t length, bool is_argument) {
     kt_formula_text *to = user;
     (void)is_argument;

@@ -41,7 +41,7 @@ typedef struct kt_lookup_piece {
     double at[2], c[4], low[2], high[2];
 } kt_lookup_piece;
 
-/* The values and derivatives of a piece. */
+/* The values and derivatives of a piece. The derivative yy is 0, since a piece of two inputs is bilinear. */
 typedef struct kt_lookup_value {
     double z, x, y, xx, xy;
 } kt_lookup_value;

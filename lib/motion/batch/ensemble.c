@@ -92,6 +92,7 @@ static const char *why_model(const kt_ensemble *e, const kt_model *model) {
     return model->n.v == 0 ? "nothing moves" : NULL;
 }
 
+/* As why_model, for all settings of a simulation. */
 static const char *fallback_reason_of_member(const kt_ensemble *e, const kt_simulation *s) {
     if (s->contacts != NULL)
         return "it has hard contacts, stops or slack ropes, or friction that sticks";

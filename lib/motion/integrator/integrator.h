@@ -482,7 +482,7 @@ static inline bool kt_is_same_step(double h, double other) { return fabs(h - oth
 
 /* kt_is_inside returns whether x lies inside a region. Searching outwards from 0, kt_first_exit returns the first
  * boundary of the region to rounding: a point between the last point inside and the first outside. Returns HUGE_VAL if
- * the region has no boundary up to `most` (stability.c). */
+ * the region has no boundary up to `most` (region.c). */
 typedef bool kt_is_inside(const void *problem, double x);
 double kt_first_exit(kt_is_inside *inside, const void *problem, double most);
 /* The farthest point along a direction (re, im) of size 1 up to which |R| exceeds 1 by no more than `rounding`. Points

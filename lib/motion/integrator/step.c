@@ -351,6 +351,7 @@ static double propose_after_step(const kt_integrator *it, const kt_plan_of_try *
     return h * (retried && factor > 1.0 ? 1.0 : factor);
 }
 
+/* Plans the next try from a->proposed, within the steps that the caller permits. */
 static kt_status plan_next(kt_integrator *it, kt_attempt *a, kt_error *error) {
     const kt_integrator_options *o = &it->options;
     if (o->max_steps > 0 && it->memory.counts.steps + it->memory.counts.rejected >= o->max_steps)

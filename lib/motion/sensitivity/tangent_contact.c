@@ -52,7 +52,8 @@ static kt_status check_sticks(const kt_step_work *w, kt_error *error) {
     return KT_OK;
 }
 
-/* Checks the gaps of open contacts. */
+/* Rejects the step if an open contact has a negative gap at its end, since the contact has closed in it. mask: the
+ * switches of side_mask_of. */
 static kt_status check_gaps(kt_step_work *w, const double *next, uint64_t mask, kt_error *error) {
     const kt_model *model = w->model,
                    *all = kt_model_switched(model, model->set | mask | model->variants->switches.masked);

@@ -62,11 +62,12 @@ int kt_simulation_body_of(const kt_simulation *simulation, size_t at) {
     return 0;
 }
 
-/* The remaining time before a dead point of the drives, for a step that has become too small, s. Towards a dead point
- * at t*, v'v grows like 1 / (t* - t), so that t* - t = v'v / (2 v'a). Far from a dead point, this formula gives the
- * time in which velocities double. That time is at least this share of the time since the start. */
+/* Far from a dead point, velocities need at least this share of the time since the start to double. */
 static const double doubling = 1e-4;
 
+/* Whether a step has become too small since a dead point of the drives is near. *left: the remaining time, s. Towards a
+ * dead point at t*, v'v grows like 1 / (t* - t), so that t* - t = v'v / (2 v'a). Far from a dead point, this formula
+ * gives the time in which velocities double. */
 static bool is_next_to_dead_point(const kt_simulation *simulation, double *left) {
     const kt_integrator *integrator = simulation->integrator;
     const double *v = kt_integrator_state(integrator) + simulation->size.nq;

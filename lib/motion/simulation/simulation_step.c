@@ -257,6 +257,8 @@ static kt_status check_given_state(const kt_simulation *simulation, const double
     return status == KT_OK ? reject_far_angles(simulation->model, q, error) : status;
 }
 
+/* Begins a new motion at (t, q, v), with its loops closed. Auxiliary states take their initial values, and works and
+ * counts are 0. */
 static kt_status set_closed_state(kt_simulation *simulation, double t, const double *q, const double *v,
                                   kt_error *error) {
     const size_t nq = simulation->size.nq, nv = simulation->size.nv;
