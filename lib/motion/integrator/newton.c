@@ -410,7 +410,7 @@ static kt_try_result test_adaptive(kt_integrator *it, double size, bool *done, k
         result);
 }
 
-/* Iterates to rounding: until the tolerance is met, or corrections of some thousand roundings no longer shrink. Near a
+/* The iteration ends if corrections of some thousand roundings no longer halve (the caller tests the tolerance). Near a
  * singular position of loops, f itself is not exact to rounding, so that corrections stop shrinking earlier. Such
  * corrections are accepted below 1e-7 of y, and counted. */
 static kt_try_result test_fixed(kt_integrator *it, double size, bool *done, kt_try *result) {
