@@ -112,7 +112,7 @@ KT_TEST(every_way_of_reduction_accelerates_as_the_dense_equations_say) {
     (void)run(&plan, &random, 100, 4.0);
 }
 
-/* Many loops in one group, with more equations than are independent. */
+/* Many loops in one group, with more equations than are independent. The long tier adds mechanisms. */
 KT_TEST(redundant_loops_accelerate_as_the_dense_equations_say) {
     kt_random random = kt_random_of_test();
     tangle_plan plan = tangle_plan_default();
@@ -121,8 +121,9 @@ KT_TEST(redundant_loops_accelerate_as_the_dense_equations_say) {
     plan.still = true;
     plan.tree.bodies = 10;
     plan.types = 1U << KT_LOOP_WELD | 1U << KT_LOOP_REVOLUTE | 1U << KT_LOOP_PRISMATIC | 1U << KT_LOOP_PLANAR;
-    const census c = run(&plan, &random, 100, 4.0);
-    kt_check_above("groups with redundant equations", c.redundant, 60.0);
+    const int count = KT_SHORT(25, 100);
+    const census c = run(&plan, &random, count, 4.0);
+    kt_check_above("groups with redundant equations", c.redundant, 0.6 * count);
 }
 
 /* In an oblique plane; masses and forces lie anywhere. */
