@@ -102,7 +102,7 @@ KT_TEST(closed_mechanisms_accelerate_as_the_dense_equations_say) {
         kt_check_above(kt_loop_type_name((kt_loop_type)i), c.loop[i], 10.0);
 }
 
-/* `partition` and `svd` by their own means. */
+/* `partition` and `svd` by their own means, and fronts in space. */
 KT_TEST(every_way_of_reduction_accelerates_as_the_dense_equations_say) {
     kt_random random = kt_random_of_test();
     tangle_plan plan = tangle_plan_default();
@@ -110,6 +110,9 @@ KT_TEST(every_way_of_reduction_accelerates_as_the_dense_equations_say) {
     (void)run(&plan, &random, 100, 4.0);
     plan.options.reduction = kt_reduction_method_of(KT_REDUCTION_SVD);
     (void)run(&plan, &random, 100, 4.0);
+    plan.options = kt_model_options_default();
+    plan.options.structure = KT_STRUCTURE_FRONTS;
+    (void)run(&plan, &random, 60, 4.0);
 }
 
 /* Many loops in one group, with more equations than are independent. The long tier adds mechanisms. */
