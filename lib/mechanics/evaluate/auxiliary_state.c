@@ -51,7 +51,7 @@ static kt_status reject_law(const kt_model *model, size_t i, double t, int code,
                                    "the law of its rate cannot compute it here (code %d)", code);
 }
 
-/* The rates of a law are computed together. */
+/* The rates of the states of a law, which one call of the law computes. */
 typedef struct law {
     int32_t source; /* the effect whose rates these are; -1: none yet */
     int code;

@@ -183,7 +183,8 @@ static double limited_prediction_time(const kt_data *data, const kt_slip_problem
     return slows ? fmax(tau, kt_slip_fading_time(largest, speed, p->slowing[index], of[1] / of[0])) : tau;
 }
 
-/* Predicts the directions of slow contacts, from their present directions. */
+/* Sets the problem of the prediction, from the present directions e = s / |s|: the rates b of slow slip receive s /
+ * tau, so that a solution has the rates u = s' + s / tau. *holds: friction can hold all slow contacts. */
 static void predict_directions(const kt_data *data, kt_slip_problem *p, bool *holds) {
     kt_coulomb *c = p->c;
     const int slow_ones = hold_slow(data, p);
