@@ -5,9 +5,9 @@
  *
  *     -log(p_n - l - t),    -log(mu^2 (p_n - l - t)^2 - |p_t|^2),    -log(S - t - p) - log(S - t + p),    -log(cap - t)
  *
- * and, for t, |p|^2 / 2. F is self-concordant, and f at this minimum exceeds the least f by at most (nu + |p|^2 / 2) /
- * tau, with the number nu of logarithms (Y. Nesterov, A. Nemirovskii, Interior-Point Polynomial Algorithms in Convex
- * Programming, doi:10.1137/1.9781611970791). */
+ * and, for t, a small part of |p|^2. F is self-concordant, and f at this minimum exceeds the least f by at most (nu +
+ * that part) / tau, with the number nu of logarithms (Y. Nesterov, A. Nemirovskii, Interior-Point Polynomial Algorithms
+ * in Convex Programming, doi:10.1137/1.9781611970791). */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cone/statics.h"
 
@@ -23,6 +23,8 @@
 enum { STAGES = 10, NEWTON = 30, HALVINGS = 40 };
 /* The factor of tau from stage to stage, so that nu / tau ends below kt_statics_exact. */
 static const double growth = 20.0;
+/* The factor of |p|^2 / 2 in F, for t. Forces that press bodies together without a bound end near its -1/2 power. */
+static const double square_of_forces = 1e-4;
 /* An item whose margin exceeds the least margin by more than this part of `unit` does not bound the margin. */
 static const double bounding = 1e-7;
 /* Curvatures below this part of the diagonal are rounding. */
@@ -304,7 +306,7 @@ typedef struct target {
 static double change_of_value(const kt_statics *statics, const target *of, double part, double t, double next) {
     const double along = kt_dense_dot(statics->p, statics->change, statics->rows),
                  square = kt_dense_dot(statics->change, statics->change, statics->rows);
-    double sum = (of->moves ? 1.0 : of->tau) * part * (along + 0.5 * part * square);
+    double sum = (of->moves ? square_of_forces : of->tau) * part * (along + 0.5 * part * square);
     if (!(next < kt_statics_cap))
         return HUGE_VAL;
     sum += of->moves ? -of->tau * (next - t) - log((kt_statics_cap - next) / (kt_statics_cap - t)) : 0.0;
@@ -345,7 +347,7 @@ static void add_item_derivatives(kt_statics *statics, int n, const kt_statics_it
 static double find_newton_step(kt_statics *statics, const target *of, double t) {
     const int n = statics->nullity + of->moves;
     memset(statics->hessian, 0, (size_t)(n * n) * sizeof *statics->hessian);
-    const double square = of->moves ? 1.0 : of->tau;
+    const double square = of->moves ? square_of_forces : of->tau;
     for (int j = 0; j < statics->nullity; j++) {
         statics->step[j] =
             -square * kt_dense_dot(statics->basis + (statics->rank + j) * statics->rows, statics->p, statics->rows);

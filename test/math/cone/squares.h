@@ -13,36 +13,42 @@ typedef struct squares {
     int m, columns, n, passive[SQUARES_ROWS];
     double A[SQUARES_COLUMNS][SQUARES_ROWS], c[SQUARES_ROWS], x[SQUARES_COLUMNS];
     bool barred[SQUARES_COLUMNS]; /* they depend on passive columns */
-    double normal[SQUARES_ROWS][SQUARES_ROWS], z[SQUARES_ROWS];
+    double basis[SQUARES_ROWS][SQUARES_ROWS], factor[SQUARES_ROWS][SQUARES_ROWS], z[SQUARES_ROWS];
 } squares;
 
-/* Solves the normal equations of the passive columns, to z. Returns false if they are dependent. */
+/* Finds the least squares of the passive columns, z, with an orthonormal basis of them. Returns false if they are
+ * dependent. */
 static inline bool solve_passive(squares *s) {
     for (int i = 0; i < s->n; i++) {
-        s->z[i] = 0.0;
+        double *q = s->basis[i], own = 0.0, left = 0.0;
+        memcpy(q, s->A[s->passive[i]], sizeof s->basis[i]);
+        memset(s->factor[i], 0, sizeof s->factor[i]);
         for (int k = 0; k < s->m; k++)
-            s->z[i] += s->A[s->passive[i]][k] * s->c[k];
-        for (int j = 0; j <= i; j++) {
-            double sum = 0.0;
-            for (int k = 0; k < s->m; k++)
-                sum += s->A[s->passive[i]][k] * s->A[s->passive[j]][k];
-            const double own = sum;
-            for (int k = 0; k < j; k++)
-                sum -= s->normal[i][k] * s->normal[j][k];
-            if (i == j && !(sum > 1e-12 * own))
-                return false;
-            s->normal[i][j] = i == j ? sqrt(sum) : sum / s->normal[j][j];
-        }
-    }
-    for (int i = 0; i < s->n; i++) {
-        for (int k = 0; k < i; k++)
-            s->z[i] -= s->normal[i][k] * s->z[k];
-        s->z[i] /= s->normal[i][i];
+            own += q[k] * q[k];
+        for (int pass = 0; pass < 2; pass++)
+            for (int j = 0; j < i; j++) {
+                double along = 0.0;
+                for (int k = 0; k < s->m; k++)
+                    along += q[k] * s->basis[j][k];
+                for (int k = 0; k < s->m; k++)
+                    q[k] -= along * s->basis[j][k];
+                s->factor[i][j] += along;
+            }
+        for (int k = 0; k < s->m; k++)
+            left += q[k] * q[k];
+        if (!(left > 1e-20 * own))
+            return false;
+        s->factor[i][i] = sqrt(left);
+        for (int k = 0; k < s->m; k++)
+            q[k] /= sqrt(left);
     }
     for (int i = s->n - 1; i >= 0; i--) {
+        s->z[i] = 0.0;
+        for (int k = 0; k < s->m; k++)
+            s->z[i] += s->basis[i][k] * s->c[k];
         for (int k = i + 1; k < s->n; k++)
-            s->z[i] -= s->normal[k][i] * s->z[k];
-        s->z[i] /= s->normal[i][i];
+            s->z[i] -= s->factor[k][i] * s->z[k];
+        s->z[i] /= s->factor[i][i];
     }
     return true;
 }
@@ -71,7 +77,8 @@ static inline bool move_to_passive(squares *s) {
     return all;
 }
 
-/* Minimises |A x - c| for x >= 0. Returns the minimum, relative to |c|. */
+/* Minimises |A x - c| for x >= 0. Returns the minimum, relative to |c|. The slope A' r is compared with the residual r,
+ * because r^2 = x' A' r if c is in the cone. */
 static inline double solve_squares(squares *s) {
     double norm = 0.0, left = 0.0;
     memset(s->x, 0, sizeof s->x);
@@ -80,7 +87,7 @@ static inline double solve_squares(squares *s) {
     for (int k = 0; k < s->m; k++)
         norm += s->c[k] * s->c[k];
     for (int turn = 0; turn < 2000; turn++) {
-        double r[SQUARES_ROWS], most = 1e-9 * sqrt(norm);
+        double r[SQUARES_ROWS], most;
         int best = -1;
         left = 0.0;
         for (int k = 0; k < s->m; k++) {
@@ -89,6 +96,7 @@ static inline double solve_squares(squares *s) {
                 r[k] -= s->A[s->passive[i]][k] * s->x[s->passive[i]];
             left += r[k] * r[k];
         }
+        most = 1e-9 * sqrt(left);
         for (int j = 0; j < s->columns; j++) {
             double along = 0.0;
             for (int k = 0; k < s->m; k++)
@@ -97,7 +105,7 @@ static inline double solve_squares(squares *s) {
             best = along > most && may ? j : best;
             most = may ? fmax(most, along) : most;
         }
-        if (best < 0 || s->n == s->m)
+        if (best < 0 || s->n == s->m || !(left > 1e-26 * norm))
             break;
         s->passive[s->n++] = best;
         if (!solve_passive(s)) {
