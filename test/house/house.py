@@ -149,6 +149,19 @@ def surface_problems(faces):
             yield f"{path.name}: '/* Experimental. ' begins the experimental headers, and no other ones"
 
 
+def strangers_in_comments(root, sources):
+    """Files that comments name and that do not exist. Names of system headers and of generated files are exempt."""
+    exempt = {"ctype.h", "math.h", "ndarraytypes.h", "arm.c", "mech.c", "native.c", "c.c", "n.c", "s.c", "s.h"}
+    paths = [f"/{path.relative_to(root)}" for top in ("lib", "include", "apps", "test", "bench") for path in (root / top).rglob("*.[ch]")]
+    names = {path.split("/")[-1] for path in paths} | exempt
+    for path in sources:
+        for comment in re.finditer(r"/\*.*?\*/", path.read_text(), re.S):
+            for name in re.findall(r'(?<![\w<"*/])[a-z][a-z_0-9/]*\.[ch]\b', comment[0]):
+                last = name.split("/")[-1]
+                if last not in names or "/" in name and last not in exempt and not any(p.endswith("/" + name) for p in paths):
+                    yield f"{path.relative_to(root)}: {name}"
+
+
 def torn_rows(path):
     """Rows of tables with more or fewer cells than the row above, as a formula with |x| has, and rows after a text."""
     above, cells = "", 0
@@ -200,6 +213,8 @@ def main():
 
     claim("library_is_plain_ascii",
           [f"{path.relative_to(root)}" for path in library if not path.read_bytes().isascii()])
+
+    claim("files_that_comments_name_exist", list(strangers_in_comments(root, [path for path in everything if path.suffix in (".c", ".h")])))
 
     core = [path for path in library if path.parent.name in [*ROOMS[:ROOMS.index("analysis") + 1], "parts"]]
     claim("core_prints_counts_as_the_smallest_printf_can",

@@ -126,7 +126,7 @@ KT_TEST(squeezer_takes_up_the_work_of_its_drive) {
 
 /* The ends of steps keep 5e-9 J or better. Records between them are less exact if a step crosses a singular position.
  * The three stages for dop853's dense output lie off the manifold by about the tolerance c. At a distance x from the
- * singular position, the acceleration then has an error (mechanism/singular_crossing.c) of
+ * singular position, the acceleration then has an error (lib/mechanics/evaluate/singular_crossing.c) of
  *     2 c v^2 / x^3.
  * No error estimate detects it. The measured error is 5.5e-8 J at 1e-11. It is 3.1e-7 J at 1e-12, whose steps reach
  * further across. The energy is 34 J. tsit5's dense output is of order 4. */

@@ -265,7 +265,7 @@ void kt_warn_of_count(kt_outcome *outcome, uint64_t count, const kt_counted *cou
 
 /* Sets options so that the simulation can warn while it runs. A warning appears if adaptive steps are so short that the
  * run needs many. The warning reports the number of steps, the time that they take, and the cause. Another one appears
- * if the length of a path jumps (path_jump.h). */
+ * if the length of a path jumps (path_jump.c). */
 void kt_watch_pace(kt_outcome *outcome, kt_simulation_options *options);
 
 /* Warns once of own columns that are not finite at some records. The warning reports their number and the first

@@ -5,9 +5,9 @@
  * includes the frame. On another body it is three slides and a ball. A screw is a hinge, a slide, and an equality of
  * both.
  *
- * A body without mass that carries one other gives its joint to that (role.c). Let J_1 J_2 ... J_n be the joint frames
- * of such bodies and the last one. The body has the pose J = J_1 ... J_n, and joint k acts in the frame (J_{k+1} ...
- * J_n)^-1.
+ * A body without mass that carries one other gives its joint to that (write_role.c). Let J_1 J_2 ... J_n be the joint
+ * frames of such bodies and the last one. The body has the pose J = J_1 ... J_n, and joint k acts in the frame (J_{k+1}
+ * ... J_n)^-1.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "model/joint_name.h"

@@ -1,7 +1,7 @@
 /* Constraints and drives of joints in MJCF: tendons, equalities, actuators, and the start.
  *
- * A slider that represents a sum of joints, n = offset / c + L, is a fixed tendon of the length L (role.c). Its rest
- * positions and targets are therefore less by offset / c. A coupling of several joints is a tendon whose length an
+ * A slider that represents a sum of joints, n = offset / c + L, is a fixed tendon of the length L (write_role.c). Its
+ * rest positions and targets are therefore less by offset / c. A coupling of several joints is a tendon whose length an
  * equality holds. A loop of type revolute is two points of its axis that coincide, six equations of which one is
  * redundant.
  *

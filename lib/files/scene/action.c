@@ -1,4 +1,4 @@
-/* Actions of events, as nodes of the file (action.h). */
+/* Actions of events, as nodes of the file (expand.h). */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/expand.h"
 

@@ -3,7 +3,7 @@
  * The forces on a tree are tau' = tau + effects + J' external, and the forces that hold the loops closed are A' lambda:
  *     M a + h = tau' + A' lambda
  *     d(T + V)/dt = v . (tau' + A' lambda) + dV/dt
- * Effects report the dissipated and the supplied part of their power (effect/kind.h), and account for dV/dt. On the
+ * Effects report the dissipated and the supplied part of their power (effect/effect.h), and account for dV/dt. On the
  * manifold A v = b', so that v . A' lambda = lambda . b' = -lambda . phi_t. Only loops that change with time do work,
  * so that nothing is computed without such loops. Otherwise inverse dynamics evaluates v . (M a + h - tau'). This sum
  * needs no multipliers, so that the solution method and redundant equations do not affect the power. Like a, the power

@@ -8,8 +8,8 @@
  *
  * For a contact with normal n and lowest point l of the sphere, F_1 is the force on the sphere:
  *
- *     normal F_1 . n friction |F_1 - (F_1 . n) n| slip the tangential speed of the sphere in l less the tangential
- * speed of the plane's body at l.
+ *     normal   F_1 . n                                   friction: |F_1 - (F_1 . n) n|
+ *     slip     |s|, s = the velocity of the sphere in l less that of the plane's body at l, in the plane
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "algebra/vector_parts.h"

@@ -1,7 +1,6 @@
 /* Belt: two spans between two pulleys (span.h), the second one on the other side of both. A crossed belt passes the
  * second pulley on the other side than the first. With phi_1 and phi_2 of the spans, the rows are
- *     (phi_1 - phi_2) / 2     the belt does not slip; its multiplier is the difference of the tensions, lambda_2 -
- * lambda_1
+ *     (phi_1 - phi_2) / 2     the belt does not slip; its multiplier is lambda_2 - lambda_1, between its tensions
  *     phi_1 + phi_2           it keeps its length; void if the pulleys keep their distance
  * so that the spans have the multipliers mu_2 +- mu_1 / 2. A belt whose length is void has the tension at rest and half
  * of the difference in either span.

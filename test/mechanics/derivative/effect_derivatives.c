@@ -1,5 +1,5 @@
 /* The contributions of effects to derivatives (derivative/effect_derivatives.h), against differences of their joint
- * forces. Effects of every type are on trees in space and in a plane. Differences as in tangent_loop.c; rounding is
+ * forces. Effects of every type are on trees in space and in a plane. Differences as in acceleration.c; rounding is
  * some eps / H of forces and derivatives (measured over twelve seeds: up to 0.36 of the bounds). */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "mechanics/constraint/tangle.h"

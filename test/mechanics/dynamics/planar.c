@@ -11,7 +11,7 @@
 #define EPS DBL_EPSILON
 enum { TREES = 150 };
 
-/* Bounds as those of the spatial kernels (forward.c, inverse.c, mass.c, kinematics.c, reaction.c). */
+/* Bounds as those of the spatial kernels (aba.c, rnea.c, crba.c, kinematics.c, reaction.c). */
 
 /* Planar trees alone, or every second one. */
 static kt_tree_plan draw_plan(kt_random *random, bool is_mixed) {

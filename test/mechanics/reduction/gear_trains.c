@@ -7,7 +7,8 @@
  * (tau - I a) g / g_i there. More couplings between wheels are redundant if they have the train's ratio, and lock the
  * train if they have another. The units of g are those of the fastest wheel, so that powers are comparable.
  *
- * Groups whose units differ by less than 4096 are not scaled (compile/balance.c): bounds are that many roundings. */
+ * Groups whose units differ by less than 4096 are not scaled (compile/group_units.c): bounds are that many
+ * roundings. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "mechanics/constraint/linkage.h"
 

@@ -29,7 +29,7 @@ static bool accelerate(const tangle *g, const kt_absolute *formulation, kt_data 
     return !tangle_was_near_singular(absolute, data);
 }
 
-/* The bound is the effect of rounding on the tree's own equations, as in mechanism/acceleration.c. The acceleration of
+/* The bound is the effect of rounding on the tree's own equations, as in evaluate/acceleration.c. The acceleration of
  * a joint is the difference between those of two bodies, and these combine all joints on the way. The largest error in
  * 12 x 60 mechanisms was a quarter of the bound. */
 KT_TEST(closed_mechanisms_accelerate_as_their_equations_say) {
