@@ -196,7 +196,9 @@ typedef struct kt_parameter_change {
  * On success changes[i].values are the previous numbers. The call is meant for the actions of events, and for use
  * between calls. Checkpoints do not contain parameters. Nothing is allocated.
  * Errors: those of kt_simulation_set_parameter, kt_simulation_set_auxiliary_states and kt_simulation_jump.
- * On failure the simulation, the model and the changes are unchanged.
+ * On failure the simulation, the model and the changes are unchanged. One exception: a function of time that was never
+ * set and is no constant, such as a ramp, is replaced by its value and rates at the time 0 (kt_parameter_get). To keep
+ * such a function, make the change in a copy of the model first, or give the drive a constant.
  * Cost: that of a projection. */
 KT_API KT_CHECKED kt_status kt_simulation_change(kt_simulation *simulation, kt_model *model,
                                                  kt_parameter_change *changes, int count, const double *x,
