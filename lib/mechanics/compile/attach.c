@@ -278,12 +278,8 @@ static kt_status place_effect(kt_attach *a, const kt_model *m, const kt_effect *
                               kt_error *error) {
     const int ends = kt_effect_end_count(effect);
     r->ends = ends;
-    if (ends == 0) {
+    if (ends == 0)
         kt_attach_place_in_coordinate(a, m, effect, r);
-    } else if (ends == 0) {
-        r->body[0] = kt_joint_index(m, effect->joint);
-        r->link[0] = m->body[r->body[0]].link;
-    }
     for (int k = 0; k < ends; k++) {
         const kt_end *end = kt_effect_end_at(effect, k);
         const kt_status status = kt_attach_place_end(m, end, &r->body[k], &r->link[k], &r->frame[k], error);
