@@ -113,15 +113,18 @@ KT_INLINE kt_real1 kt_pick_of(const double *x, int k, kt_index1 index) {
 
 #endif
 
-/* x -= t u (u . x), u = (1, tail) from row j on. */
-KT_INLINE void kt_reflect(const kt_real1 *restrict u, kt_real1 t, int j, int m, kt_real1 *restrict x) {
-    kt_real1 sum = x[j];
+/* x -= t u (u . x), u = (1, tail) from row j on. Returns the squared norm of x from row j + 1 on. */
+KT_INLINE kt_real1 kt_reflect(const kt_real1 *restrict u, kt_real1 t, int j, int m, kt_real1 *restrict x) {
+    kt_real1 sum = x[j], squares = kt_real1_splat(0.0);
     for (int i = j + 1; i < m; i++)
         sum += u[i] * x[i];
     sum *= t;
     x[j] -= sum;
-    for (int i = j + 1; i < m; i++)
+    for (int i = j + 1; i < m; i++) {
         x[i] -= sum * u[i];
+        squares += x[i] * x[i];
+    }
+    return squares;
 }
 
 #ifndef KT_LANES
@@ -171,11 +174,8 @@ KT_INLINE void kt_qr_step(const kt_qr *w, int m, int j, kt_index1 best, kt_real1
     for (; m - j > SHORT && c + 4 <= w->k; c += 4)
         kt_reflect_four(u, t, j, m, w->factor + (size_t)c * (size_t)m, norm + c);
 #endif
-    for (; c < w->k; c++) {
-        kt_real1 *x = w->factor + (size_t)c * (size_t)m;
-        kt_reflect(u, t, j, m, x);
-        norm[c] = kt_dense_dot(x + j + 1, x + j + 1, m - (j + 1));
-    }
+    for (; c < w->k; c++)
+        norm[c] = kt_reflect(u, t, j, m, w->factor + (size_t)c * (size_t)m);
 }
 
 #ifndef KT_LANES

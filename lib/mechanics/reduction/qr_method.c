@@ -55,14 +55,19 @@ KT_INLINE int factor_any(const kt_group_work *w, int cap, kt_condition *full) {
         const kt_real1 *restrict a = w->a + (size_t)c * (size_t)m;
         kt_real1 *restrict x = w->factor + (size_t)c * (size_t)m;
         const double weight = w->weight ? w->weight[c] : 1.0;
+        kt_real1 squares = kt_real1_splat(0.0);
         w->pivot[c] = kt_index1_of(c);
-        for (int i = 0; i < m; i++)
+        for (int i = 0; i < m; i++) {
             x[i] = weight * a[i];
+            squares += x[i] * x[i];
+        }
 #ifndef KT_LANES
-        if (w->unit)
+        if (w->unit) {
             kt_group_scale_equation(w, c, x);
+            squares = kt_dense_dot(x, x, m);
+        }
 #endif
-        norm[c] = kt_dense_dot(x, x, m);
+        norm[c] = squares;
     }
     for (int j = 0; j < cap; j++) {
         const kt_index1 best = kt_longest_column(norm, j, w->k, &all);
