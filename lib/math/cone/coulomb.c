@@ -3,8 +3,7 @@
  *
  * A problem may have several solutions. If all items can stick, they stick. Otherwise the cone solver starts from the
  * impulses with which all items would stick. If this start leads to no solution, the solver starts from zero impulses.
- * If this start leads to none either, friction grows from zero if the caller permits this growth. A count records
- * whether a start from zero impulses leads to another motion.
+ * A count records whether a start from zero impulses leads to another motion.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cone/coulomb.h"
@@ -29,7 +28,7 @@ kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, size_t most
     kt_coulomb_solver *solver = memory;
     const size_t size = kt_coulomb_solution_size(items, rows);
     char *behind = (char *)memory + lay_out_solver(memory, items, kt_cone_size((int)items, (int)most));
-    solver->is_loose = solver->grows = false;
+    solver->is_loose = false;
     solver->cone = kt_cone_init((int)items, (int)most, solver->cone_memory, matrices);
     solver->other = kt_coulomb_solution_init(items, rows, behind);
     solver->next = kt_coulomb_solution_init(items, rows, behind + size);
@@ -376,25 +375,6 @@ static void compare_solutions(const kt_coulomb *c, kt_coulomb_solution *to, cons
     to->redundant = !kt_coulomb_is_unique(c, next);
 }
 
-/* Without friction, the problem is convex. From this solution, friction grows to its value in parts. Each part starts
- * from the impulses of the last one, or from its modes. */
-static bool solve_by_growing_friction(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to,
-                                      uint64_t *steps) {
-    enum { PARTS = 8 };
-    bool found = true;
-    start_from_zero(c, solver);
-    for (int i = 0; i < c->n; i++)
-        solver->friction[i] = c->item[i].friction;
-    for (int k = 1; found && k <= PARTS; k++) {
-        for (int i = 0; i < c->n; i++)
-            c->item[i].friction = solver->friction[i] * k / PARTS;
-        found = solve_from(c, solver, to, steps) || (k > 1 && kt_coulomb_fits(c, to) && kt_coulomb_iterate(c, to));
-    }
-    for (int i = 0; i < c->n; i++)
-        c->item[i].friction = solver->friction[i];
-    return found;
-}
-
 /* Many corners of a body may have no solution up to rounding that the cone solver finds. */
 static bool solve_loosely(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
     start_from_zero(c, solver);
@@ -422,8 +402,8 @@ static bool solve_moving(kt_coulomb *c, kt_coulomb_solver *solver, bool independ
     const bool again = solve_from(c, solver, other, steps);
     if (!found && again)
         kt_coulomb_copy(c, other, solution);
-    if (!found && !again && !(solver->grows && solve_by_growing_friction(c, solver, solution, steps)) &&
-        !(independent && solve_without_some(c, solver, solution, steps)) && !solve_loosely(c, solver, solution, steps))
+    if (!found && !again && !(independent && solve_without_some(c, solver, solution, steps)) &&
+        !solve_loosely(c, solver, solution, steps))
         return false;
     solution->count = found && again && differs(c, solution, other) ? 2 : 1;
     if (solution->count > 1)

@@ -258,7 +258,6 @@ bool kt_coulomb_find_rest(const kt_coulomb *c, kt_coulomb_solution *to, bool sli
     X(double, least, items, "likewise")                                                                                \
     X(double, limit, items, "likewise")                                                                                \
     X(unsigned, rejected, items, "modes of the items that are rejected, of the problem itself")                        \
-    X(double, friction, items, "of the items, while it grows")                                                         \
     X(kt_coulomb_item, item, items, "the items before they are sorted")                                                \
     X(double, rank, items, "by which items are sorted")                                                                \
     X(int, from, items, "indices of sorted items before")                                                              \
@@ -266,7 +265,6 @@ bool kt_coulomb_find_rest(const kt_coulomb *c, kt_coulomb_solution *to, bool sli
 
 typedef struct kt_coulomb_solver {
     bool has_limit, symmetric; /* of the cone problem: some item has a largest force; W is symmetric */
-    bool grows;                /* friction may grow from zero, if no start succeeds: the solution may wedge a contact */
     bool is_loose;             /* larger residuals are taken, since there is no solution with smaller ones */
     struct kt_cone *cone;
     kt_coulomb_solution *other, *next, *best;

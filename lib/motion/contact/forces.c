@@ -200,15 +200,6 @@ static kt_status solve_smooth_forces(kt_simulation *simulation, double t, kt_err
     return KT_OK;
 }
 
-/* Solves contact forces with a search that takes longer, if no impulse helps. */
-static kt_status solve_with_growing_friction(kt_simulation *simulation, double t, kt_error *error) {
-    struct kt_contacts *c = simulation->contacts;
-    c->solver->grows = true;
-    const kt_status status = kt_contacts_solve_forces(simulation, t, c->W, c->u, error);
-    c->solver->grows = false;
-    return status;
-}
-
 /* Solves contact forces if contacts with friction touch (friction.c). If no such forces exist, an impulse without a
  * collision may stop slip, unless this has happened already (`again`). c->selected->jams: an impulse has stopped
  * slip. */
@@ -221,8 +212,7 @@ static kt_status solve_rough_forces(kt_simulation *simulation, double t, bool ag
         return status;
     (void)kt_contacts_select(c, island); /* the search for the cause of the error has selected others */
     if (!kt_contacts_jam(simulation, c->W, c->u, lost))
-        return jams ? kt_contacts_reject(simulation, t, "reactions", error)
-                    : solve_with_growing_friction(simulation, t, error);
+        return jams ? kt_contacts_reject(simulation, t, "reactions", error) : status;
     c->selected->jams = true;
     return KT_OK;
 }

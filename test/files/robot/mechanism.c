@@ -49,8 +49,7 @@ KT_TEST(one_call_reads_a_scene_and_runs_it_with_its_events) {
 }
 
 /* A ball falls from 0.1 m for 0.1414 s. Steps over contacts end on their grid, although this instant is not on it.
- * Steps
- * that end at events also end at the impact. */
+ * Steps that end at events also end at the impact. */
 KT_TEST(a_scene_with_contact_steps_takes_fixed_steps_across_an_impact) {
     static const char text[] = "kinetree: 1\n"
                                "gravity: [0, 0, -10]\n"

@@ -172,10 +172,10 @@ KT_TEST(dry_friction_stops_a_joint_at_late_times_as_at_zero) {
     kt_check_near("place, rad", end[0], -0.05915, 1e-5);
 }
 
-/* Scenes that an oracle's random draws have found. The first scene has a solution that the cone solver only finds while
- * friction grows from zero. In the second scene, each impact makes a joint slip, which sticks before the next impact.
- * In the third scene, a contact that was opened for another one accelerated into its boundary. In the last scene,
- * friction reached its limit and stuck again at one instant without end. */
+/* Scenes that an oracle's random draws have found. The first scene has a solution that the cone solver once missed. In
+ * the second scene, each impact makes a joint slip, which sticks before the next impact. In the third scene, a contact
+ * that was opened for another one accelerated into its boundary. In the last scene, friction reached its limit and
+ * stuck again at one instant without end. */
 static const char *const found[][2] = {
     {"a box on three feet, two of which begin to slip, and a box on one foot, with a bar",
      "kinetree: 1\n"
