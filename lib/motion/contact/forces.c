@@ -14,9 +14,6 @@
 #include <float.h>
 #include <math.h>
 
-/* The largest relative inward acceleration of a leaving contact: the event is exact to rounding of the time. */
-static const double penetrates = 1e-6;
-
 /* The problem of reactions: n rows of contacts and friction at rest, then a second row for each friction. */
 typedef struct reactions {
     int n, sides; /* the number of rows, and of contacts */
@@ -79,26 +76,6 @@ static double find_row_acceleration(const struct kt_contacts *c, const double *W
     for (int k = 0; k < r->n; k++)
         w += kt_contacts_between(c, W, i, c->active[k]) * (c->z[k] - c->limit[k] + c->slip[k]);
     return w;
-}
-
-/* Finds contacts whose reaction has ended but that would penetrate if they opened, and leaves these closed. In such a
- * case, friction or another contact has changed the force at the same instant. All accelerations may be rounding, as
- * for a pendulum that hangs down, or for a body that a growing force lifts. The acceleration from the largest reaction
- * of the last step is therefore a measure, too. */
-static bool find_penetrating(kt_simulation *simulation, const double *W, const reactions *r) {
-    struct kt_contacts *c = simulation->contacts;
-    bool penetrating = false;
-    for (int i = 0; i < c->meeting; i++) {
-        double size;
-        const double w = find_row_acceleration(c, W, r, i, &size);
-        size = fmax(size, kt_contacts_own(c, W, i) * simulation->event_memory[c->list[i]].size);
-        kt_contact *contact = &c->item[c->list[i]];
-        if (!(w < -penetrates * size) || !contact->leaves)
-            continue;
-        contact->leaves = false;
-        penetrating = true;
-    }
-    return penetrating;
 }
 
 /* Raises the rates of rest of friction: an event that ends slip is found up to some roundings of the time, within which
@@ -179,12 +156,8 @@ static kt_status solve_smooth_forces(kt_simulation *simulation, double t, kt_err
     struct kt_contacts *c = simulation->contacts;
     const double *W = c->W, *u = c->u;
     reactions r;
-    bool found;
-    do {
-        list_reactions(simulation, W, u, &r);
-        found = solve_reactions(c, W, &r, &simulation->memory.contacts.pivots);
-    } while (found && find_penetrating(simulation, W, &r));
-    if (!found)
+    list_reactions(simulation, W, u, &r);
+    if (!solve_reactions(c, W, &r, &simulation->memory.contacts.pivots))
         return kt_contacts_reject(simulation, t, "reactions", error);
     for (int i = 0; i < r.n; i++) {
         kt_contact *contact = &c->item[c->list[c->active[i]]];
