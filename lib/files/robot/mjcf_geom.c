@@ -23,7 +23,7 @@ typedef struct geom {
     kt_vec3 com;     /* body frame */
     kt_sym3 inertia; /* about com, body axes */
     bool is_lost;    /* a mesh of unknown mass */
-    bool is_shell;   /* the mass is that of the surface */
+    bool is_shell;   /* the mass is that of the surface; never of a mesh */
     bool is_fitted;  /* to a mesh */
     const kt_mjcf_mesh *mesh;
 } geom;
@@ -76,7 +76,8 @@ static void read_field_size(kt_mjcf *m, const kt_element *field_geom, double siz
 /* The solid whose mass a geom has. */
 static kt_solid weighed_solid_of(const geom *g) { return g->type == HFIELD ? KT_SOLID_BOX : solids[g->type]; }
 
-static double geom_volume_of(const geom *g) {
+/* What the density multiplies to the mass: the volume, or the area of a shell. */
+static double geom_measure_of(const geom *g) {
     if (g->type == MESH)
         return g->mesh != NULL ? g->mesh->enclosed.volume : 0.0;
     return g->is_shell ? kt_shell_area(weighed_solid_of(g), g->size) : kt_solid_volume(weighed_solid_of(g), g->size);
@@ -115,7 +116,7 @@ static void set_mass(kt_mjcf *m, const kt_element *e, geom *g) {
     if (g->type == MESH)
         g->mesh = kt_mjcf_find_mesh(m, e);
     g->is_shell = g->type != MESH && kt_mjcf_flag(m, e, "geom", "shellinertia", false);
-    const double volume = geom_volume_of(g);
+    const double volume = geom_measure_of(g);
     g->is_lost = (g->type == MESH || g->type == HFIELD) && !(volume > 0.0);
     if (!(volume > 0.0))
         return;

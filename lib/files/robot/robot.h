@@ -340,7 +340,8 @@ typedef enum kt_solid {
 double kt_solid_volume(kt_solid solid, const double size[3]);
 kt_vec3 kt_solid_moments(kt_solid solid, const double size[3]);
 
-/* Area, and principal moments of a mass of 1 on the surface. Zero except for spheres, capsules, cylinders and boxes. */
+/* Area, and principal moments of a mass of 1 on the surface. Zero for solids without such a rule,
+ * which are all but spheres, capsules, cylinders, ellipsoids and boxes. */
 double kt_shell_area(kt_solid solid, const double size[3]);
 kt_vec3 kt_shell_moments(kt_solid solid, const double size[3]);
 

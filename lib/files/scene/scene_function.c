@@ -197,8 +197,9 @@ static void read_table_file(kt_reader *r, const kt_scope *scope, kt_node *node, 
 
 /* ---- formulas ---------------------------------------------------------------------------------------------------- */
 
-/* "30 degrees", "2 N m": a number with a unit that there is not, whose message is that of numbers. */
-static bool has_unit(const char *text) {
+/* "30 degrees", "2 N m": a number and words. It is read as a number, which reports unknown units, and not as a
+ * formula. */
+static bool is_number_with_words(const char *text) {
     const char *end = kt_decimal_end(text), *unit = end + strspn(end, " \t");
     return end > text && unit > end && *unit != '\0' &&
            unit[strspn(unit, " ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz")] == '\0';
@@ -207,7 +208,7 @@ static bool has_unit(const char *text) {
 /* Whether a scalar is the text of a formula: no number, and no word of YAML. */
 static bool is_formula(const kt_node *node) {
     double value;
-    return !kt_is_expression(node) && !has_unit(node->of.text) &&
+    return !kt_is_expression(node) && !is_number_with_words(node->of.text) &&
            (!node->plain || kt_scalar_classify(node->of.text, &value) == KT_SCALAR_TEXT);
 }
 

@@ -2,7 +2,8 @@
  *
  * First every name is entered in one table. Then every parent is looked up, and cycles are found. After that the items
  * are checked one by one, so that faults are reported in the order of the items. The cost is linear in the size of the
- * description: names are looked up by hash, and suggestions have a fixed budget. No function is recursive.
+ * description, but for names of tables, which are compared in pairs: other names are looked up by hash, and suggestions
+ * have a fixed budget. No function is recursive.
  *
  * Cycles: from each body a walk goes towards the world, and marks the path with the walk's own number. A walk that
  * meets its own mark has found a cycle; a walk that meets another mark joins a path of an earlier walk. Every body is

@@ -186,12 +186,12 @@ typedef struct kt_violation {
 static const kt_violation kt_violation_none = {.speed = KT_SPEED_LEAST};
 #endif
 
-/* Adds phi of a group to the violation. */
+/* Adds phi of a group to the violation. A NaN appears in `position` alone, which callers test for finite numbers. */
 static inline void kt_group_position_residuals(const kt_group_work *w, kt_violation *violation) {
     for (int r = 0; r < w->k; r++) {
         const kt_real1 x = kt_abs1(w->residual[r]);
         violation->gap = kt_most1(violation->gap, x / w->scale[r]);
-        violation->position = KT_CHOOSE((x > violation->position) | (x != x), x, violation->position); /* keeps a NaN */
+        violation->position = KT_CHOOSE((x > violation->position) | (x != x), x, violation->position);
     }
 }
 

@@ -57,7 +57,7 @@ static double counted_turn(const kt_model *model, const kt_data *data, const kt_
     return isnan(sum) ? 0.0 : sum;
 }
 
-/* The angle nearest to which a measured angle is. */
+/* The angle `measured` + 2 pi k that is nearest to `counted`, which is s - s0 above. */
 static double angle_near(double measured, double counted) {
     const double turn = 6.283185307179586, margin = 1e-6; /* angles of half a turn, as given, stay positive */
     const double start = measured - counted;

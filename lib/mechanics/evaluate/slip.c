@@ -421,7 +421,7 @@ static kt_status accelerate(const kt_model *model, kt_data *data, const kt_dynam
         status = p->has_friction ? p->status : solve_islands(model, data, at, a, error);
     if (status != KT_OK || p->has_friction || (p->responds && kt_slip_resume(model, data, at, a)))
         return status;
-    (void)kt_slip_load(model, data, at->external);
+    (void)kt_slip_load(model, data, at->external); /* into slip_loaded, the wrenches of evaluate */
     return evaluate(model, data, at, a, NULL, error);
 }
 

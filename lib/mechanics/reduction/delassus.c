@@ -551,6 +551,7 @@ bool KT_KERNEL(kt_delassus_measure)(const kt_model *model, kt_data *data, size_t
     return true;
 }
 
+/* lambda = -(B B' + mu 1)^-1 (gap / scale), step = B' lambda in units */
 bool KT_KERNEL(kt_delassus_damp)(const kt_model *model, kt_data *data, size_t g, const double *gap, double damping,
                                  double *step) {
     assert(damping >= 0.0);

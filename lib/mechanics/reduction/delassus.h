@@ -62,7 +62,7 @@ static inline size_t kt_delassus_count(size_t m) {
 typedef struct kt_delassus {
     kt_real4 *column;    /* m: the rows of B */
     kt_real4 *load;      /* KT_FRONT_SPACE m: wrenches on links, by the links' first coordinates */
-    kt_real4 *transform; /* C, rows */
+    kt_real4 *transform; /* C, rows; from kt_delassus_measure to kt_delassus_damp: B B' */
     kt_real1 *inverse;   /* d, m */
     kt_delassus_equations *equations;
     uint8_t *present; /* m, by links' first coordinates: KT_DELASSUS_... */

@@ -207,7 +207,7 @@ void kt_checkpoint_seal(const kt_simulation *simulation, void *block) {
     memcpy(block, &head, sizeof head);
 }
 
-/* Compares the sums of all parts with the sums in the head. */
+/* Compares the sums of all parts but the head, which was checked before, with the sums in the head. */
 static kt_status check_sums(const char *block, const kt_checkpoint_head *head, const kt_checkpoint_offsets *at,
                             kt_error *error) {
 #define KT_CHECKPOINT_NAME(part, bytes) #part,

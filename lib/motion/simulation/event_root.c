@@ -231,13 +231,13 @@ static kt_status enclose_root(kt_simulation *simulation, size_t k, double thresh
     return KT_OK;
 }
 
-/* Whether forces that jump at the beginning of the step have made the reaction of contact k negative at this time,
- * beyond rounding. */
+/* Whether forces that jump at the beginning of the step have made the reaction of contact k negative there, beyond
+ * rounding. This instant is times[0]. */
 static bool is_negative_at_once(const kt_simulation *simulation, size_t k, const double *times) {
     const kt_event_search *search = &simulation->events.search[k];
+    const double first = simulation->events.value[k]; /* of sample 0, at times[0] */
     return kt_simulation_has_jumped(simulation) && k < kt_simulation_contact_events(simulation) && search->side > 0 &&
-           times[0] == kt_integrator_previous_time(simulation->integrator) &&
-           simulation->events.value[k] < -nothing * search->size;
+           times[0] == kt_integrator_previous_time(simulation->integrator) && first < -nothing * search->size;
 }
 
 kt_status kt_event_find_root(kt_simulation *simulation, size_t k, const double *times, double *root, int *side,

@@ -231,9 +231,10 @@ static kt_status climb_steps(kt_ladder *ladder, kt_error *error) {
         return KT_OK;
     }
     const kt_accuracy_point *coarsest = &ladder->points[0];
-    const double expected =
+    /* e_failed = e_coarsest (h_failed / h_coarsest)^(p + 2): higher terms than h^p count at the longest steps. */
+    const double error_of_failed =
         coarsest->error.judged * pow(failed.setting / coarsest->setting, ladder->curve->method->order + 2);
-    if (failed.setting > 0.0 && expected < KT_ACCURACY_USABLE * kt_accuracy_amplitude(study))
+    if (failed.setting > 0.0 && error_of_failed < KT_ACCURACY_USABLE * kt_accuracy_amplitude(study))
         status = bisect(ladder, ladder->points[0].setting, failed.setting, error);
     return status == KT_OK ? refine(ladder, error) : status;
 }

@@ -30,9 +30,9 @@ kt_run kt_accuracy_run(const kt_accuracy *study, const kt_method *method, bool a
     /* An event that ends the reference may come later in a run. */
     run.duration = study->results.cut == KT_ACCURACY_STOPPED ? study->results.asked : study->results.duration;
     run.interval = study->results.interval;
-    run.integrator = is_time_stepping(method) ? NULL : method->name;
+    run.integrator = is_time_stepping(method) ? NULL : method->name; /* time stepping is its own (kt_accuracy_try) */
     run.step = adaptive ? 0.0 : setting;
-    run.relative = adaptive ? setting : 1.0;
+    run.relative = adaptive ? setting : 1.0; /* fixed steps do not use it */
     run.absolute = run.relative * study->results.absolute_scale;
     run.record = KT_RECORD_POSITION | KT_RECORD_VELOCITY;
     run.markers = NULL;
