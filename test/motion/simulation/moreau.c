@@ -353,17 +353,22 @@ KT_TEST(dry_friction_of_joints_keeps_its_viscous_part) {
 }
 
 /* The acceleration of the present state is that of its record, and includes a torque that was just set. */
-KT_TEST(accelerations_of_the_present_state_have_forces_of_contacts) {
+static void check_present_acceleration(const char *text, double side) {
     kt_stepped s;
     kt_error error = {0};
     double a = (double)NAN;
-    begin(KT_MOREAU_LYING, 1e-3, &s);
+    begin(text, 1e-3, &s);
     advance(&s, 0.1);
     kt_need_fine("acceleration", kt_simulation_acceleration(s.simulation, &a, &error), &error);
     kt_check_near("at rest", a, 0.0, 1e-12);
-    kt_need_fine("torque", kt_simulation_set_torque(s.simulation, (double[]){6.0}, &error), &error);
+    kt_need_fine("torque", kt_simulation_set_torque(s.simulation, (double[]){side * 6.0}, &error), &error);
     kt_need_fine("acceleration", kt_simulation_acceleration(s.simulation, &a, &error), &error);
-    kt_check_near("pulled", a, 3.0, 1e-12);
+    kt_check_near("pulled", a, side * 3.0, 1e-12);
+}
+
+KT_TEST(accelerations_of_the_present_state_have_forces_of_contacts) {
+    check_present_acceleration(KT_MOREAU_LYING, 1.0);
+    check_present_acceleration(KT_MOREAU_LYING_ON_UPPER, -1.0);
 }
 
 /* ---- continuing -------------------------------------------------------------------------------------------------- */

@@ -190,4 +190,11 @@
                    "effects:\n"                                                                                        \
                    "  - {name: floor, type: joint_limit, joint: block, lower: 0, restitution: 0}\n"
 
+/* The same block, whose joint points down, so that it lies on an upper stop. */
+#define KT_MOREAU_LYING_ON_UPPER                                                                                       \
+    KT_MOREAU_HEAD "bodies:\n"                                                                                         \
+                   "  - {name: block, joint: {type: prismatic, axis: [0, 0, -1]}, mass: 2}\n"                          \
+                   "effects:\n"                                                                                        \
+                   "  - {name: floor, type: joint_limit, joint: block, upper: 0, restitution: 0}\n"
+
 #endif
