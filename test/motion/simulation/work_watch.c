@@ -169,3 +169,31 @@ KT_TEST(inputs_that_jump_begin_the_estimate_anew) {
         kt_worst_near(&off, -record.estimate.net, 0.5 * v * v, 1e-12, "tick %d", k);
     }
 }
+
+/* A lift of 1 kg under a constant force, whose position and velocity jump. Jumps, too, supply the energy that they add,
+ * so that the net work is the change of v^2 / 2 + g q, at q and v of a fall with a constant acceleration. */
+KT_TEST(states_that_jump_add_their_energy_to_the_estimate) {
+    const double g = 9.81, force = 14.0, a = force - g, places[] = {0.5, -0.7, 0.2}, speeds[] = {-2.0, 1.5, 3.0};
+    kt_body body = kt_body_of("lift", NULL, KT_JOINT_PRISMATIC, 1.0);
+    kt_description d = kt_description_of(&body, 1, NULL, 0, NULL, 0);
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_error error = {0};
+    d.gravity = (kt_vec3){-g, -g, -g}; /* along the axis, whichever it is */
+    options.watch_works = true;
+    options.record = KT_RECORD_ENERGY;
+    kt_simulation *simulation = kt_test_simulation(kt_scene_compile(&d), NULL, &options);
+    KT_WORST off = kt_worst_make("work of a force and of jumps");
+    double q = 0.0, v = 0.0;
+    kt_need_fine("torque", kt_simulation_set_torque(simulation, &force, &error), &error);
+    for (int k = 0; k < 3; k++) {
+        kt_record record = {0};
+        kt_test_advance(simulation, 0.3 * (k + 1));
+        q += 0.3 * v + 0.5 * 0.09 * a;
+        v += 0.3 * a;
+        kt_need_fine("sense", kt_simulation_sense(simulation, &record, &error), &error);
+        kt_worst_near(&off, -record.estimate.net, 0.5 * v * v + g * q, 1e-12, "before jump %d", k);
+        q = places[k];
+        v = speeds[k];
+        kt_need_fine("jump", kt_simulation_jump(simulation, &q, &v, &error), &error);
+    }
+}
