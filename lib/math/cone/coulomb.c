@@ -210,12 +210,12 @@ static bool differs(const kt_coulomb *c, const kt_coulomb_solution *a, const kt_
     return false;
 }
 
-/* Whether the other contacts hold all contacts open that open_one has opened. */
-static bool holds_opened(const kt_coulomb *c, const kt_coulomb_solver *solver, const kt_coulomb_solution *to) {
+/* Whether the other contacts hold all contacts open that may only be open, but for those with a mask in `except`. */
+static bool holds_opened(const kt_coulomb *c, const unsigned *except, const kt_coulomb_solution *to) {
     const double strength = kt_coulomb_strength(c, to->p);
     bool holds = true;
     for (int i = 0; i < c->n; i++)
-        holds = holds && (c->item[i].rejected == solver->rejected[i] ||
+        holds = holds && (!kt_coulomb_is_open_alone(&c->item[i]) || (except && c->item[i].rejected == except[i]) ||
                           to->u[c->item[i].row] >= -1e-9 * kt_coulomb_rate_size(c, i, strength));
     return holds;
 }
@@ -225,12 +225,13 @@ static void start_from_zero(const kt_coulomb *c, kt_coulomb_solver *solver) {
 }
 
 /* Opens contact i, from the start solver->x. Returns whether the other contacts then hold contact i, and all contacts
- * opened before, open. */
-static bool open_one(kt_coulomb *c, kt_coulomb_solver *solver, int i, kt_coulomb_solution *to, uint64_t *steps) {
+ * opened before, open. except: contacts with these masks need not be held open; NULL: all must be. */
+static bool open_one(kt_coulomb *c, kt_coulomb_solver *solver, int i, const unsigned *except, kt_coulomb_solution *to,
+                     uint64_t *steps) {
     kt_coulomb_item *item = &c->item[i];
     const unsigned rejected = item->rejected;
     item->rejected = ~(1U << KT_COULOMB_OPEN);
-    if (solve_from(c, solver, solver->next, steps) && holds_opened(c, solver, solver->next)) {
+    if (solve_from(c, solver, solver->next, steps) && holds_opened(c, except, solver->next)) {
         kt_coulomb_copy(c, solver->next, to);
         return true;
     }
@@ -249,7 +250,7 @@ static bool open_any(kt_coulomb *c, kt_coulomb_solver *solver, bool held, kt_cou
         kt_coulomb_copy(c, to, solver->next);
         solver->next->p[c->item[i].row] = 0.0;
         gather(c, solver->next->p, solver->x);
-        if (open_one(c, solver, i, to, steps))
+        if (open_one(c, solver, i, solver->rejected, to, steps))
             return true;
     }
     return false;
@@ -257,21 +258,20 @@ static bool open_any(kt_coulomb *c, kt_coulomb_solver *solver, bool held, kt_cou
 
 /* ---- independent rows ------------------------------------------------------------------------------------------- */
 
-/* Opens contacts whose rows depend on those of other contacts, in their order, whether or not they press. The contacts
- * that press in the first solution depend on its path, and thereby on rounding. A wheel whose bearing may slip is not
- * opened. */
+/* Opens contacts that slip or part, and whose normal rows depend on the normal rows of other contacts, in their order,
+ * whether or not they press. The contacts that press in the first solution depend on its path, and thereby on rounding.
+ * Tangential rows do not count, because the others may slip without the opened contact. Contacts that the caller
+ * has opened must not close by this. */
 static void open_dependent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
     kt_coulomb_solution *closed = solver->next;
     for (int i = 0; i < c->n; i++) {
         for (int k = 0; k < c->n; k++)
-            closed->mode[k] = c->item[k].type == KT_COULOMB_DRY       ? KT_COULOMB_SLIP
-                              : kt_coulomb_is_open_alone(&c->item[k]) ? KT_COULOMB_OPEN
-                                                                      : KT_COULOMB_STICK;
+            closed->mode[k] = kt_coulomb_is_open_alone(&c->item[k]) ? KT_COULOMB_OPEN : KT_COULOMB_SLIP;
         const bool sticks = c->item[i].type == KT_COULOMB_CONE && to->mode[i] == KT_COULOMB_STICK;
-        if (c->item[i].type != KT_COULOMB_DRY && !kt_coulomb_is_open_alone(&c->item[i]) && kt_coulomb_fits(c, closed) &&
-            kt_coulomb_is_held(c, closed, i, sticks ? 3 : 1, false)) {
+        if (c->item[i].type != KT_COULOMB_DRY && !kt_coulomb_is_open_alone(&c->item[i]) && !sticks &&
+            kt_coulomb_fits(c, closed) && kt_coulomb_is_held(c, closed, i, 1, false)) {
             start_from_zero(c, solver);
-            (void)open_one(c, solver, i, to, steps);
+            (void)open_one(c, solver, i, NULL, to, steps);
         }
     }
 }
