@@ -80,6 +80,36 @@ KT_TEST(adjoint_of_a_step_applies_the_transposed_matrices) {
     kt_check_equal_int("trees", taken, 44);
 }
 
+/* Effects in joints have their derivatives in the sweep that all links share, and not in matrices. */
+KT_TEST(adjoint_of_a_step_has_the_effects_in_joints) {
+    kt_random random = kt_random_of_test();
+    KT_WORST worst = kt_worst_make("A'y and B'y of springs, dampers and friction in joints");
+    kt_body bodies[3];
+    kt_effect effects[3];
+    const char *const names[] = {"shoulder", "elbow", "slide"};
+    const double q[3] = {0.3, -0.5, 0.2}, v[3] = {0.7, -0.4, 0.9}, tau[3] = {0.5, -0.2, 0.3};
+    for (int i = 0; i < 3; i++) {
+        bodies[i] = kt_body_of(names[i], i ? names[i - 1] : NULL, i < 2 ? KT_JOINT_REVOLUTE : KT_JOINT_PRISMATIC, 1.0);
+        bodies[i].com = kt_vec3_make(0.3, 0.1, 0.2);
+        bodies[i].inertia = kt_sym3_make(0.1, 0.2, 0.2, 0.0, 0.0, 0.0);
+        effects[i] = kt_effect_of(i == 1 ? KT_EFFECT_JOINT_FRICTION : KT_EFFECT_JOINT_SPRING, names[i]);
+        effects[i].stiffness = 20.0;
+        effects[i].damping = 3.0;
+        effects[i].coulomb = 0.4;
+        effects[i].viscous = 0.6;
+        effects[i].smoothing = 0.5;
+    }
+    effects[1].stiffness = effects[1].damping = 0.0;
+    kt_description d = kt_description_of(bodies, 3, NULL, 0, effects, 3);
+    kt_model *model = kt_test_model(&d, NULL);
+    kt_data *data = kt_test_data(model);
+    for (int n = 0; n < 11 + IMPLICIT_METHODS; n++) {
+        const kt_step step = {.method = any_method(n), .t = 0.1, .h = 0.02, .tau = tau};
+        const step_case c = {model, data, q, v, step, 0.0};
+        kt_check_true("taken", compare(&c, false, &random, &worst, step.method->name));
+    }
+}
+
 KT_TEST(adjoint_of_a_step_goes_back_through_the_projection) {
     kt_random random = kt_random_of_test();
     KT_WORST worst = kt_worst_make("A'y and B'y of closed mechanisms");
