@@ -335,12 +335,11 @@ bool kt_contact_slip_ends(const kt_simulation *simulation, size_t k, double slip
 void kt_contact_hold_turning(kt_simulation *simulation, int k);
 /* Counts a reversal of slip, at which friction k is due (directions.c). */
 void kt_contact_count_reversal(kt_simulation *simulation, int k);
-/* The margin below its present gap at which an open contact that touches closes: the rounding of the gap in row k, if
- * the contact parts no faster than its rest velocity. Without this margin, rounding would close the contact again and
- * again, such as the fourth corner of a foot that three corners hold. The margin also applies behind eight instants at
- * the same time, if no contact of the island approaches: two corners that part would close in turn without end, each
- * by the rounding of its gap. The margin is 0 if the contact bounces. */
-double kt_contact_margin(const kt_simulation *simulation, int k);
+/* The gap at which an open contact that touches closes again: its present gap if that is below zero, less a margin. A
+ * gap above half of those that touch moves this boundary, too, if the contact stays where it met (rows.c). */
+double kt_contact_closing_gap(const kt_simulation *simulation, int k);
+/* Whether the gap of contact k is at most `most` above its boundary (touching.c). */
+bool kt_contact_touches(const kt_simulation *simulation, int k, double most);
 /* The speed below which a touching contact comes to rest instead of bouncing: its rest_velocity, or the speed of a
  * bounce that rounding hides. Requires the equations, and in c->a the accelerations without contacts. */
 double kt_contact_rest(const kt_simulation *simulation, const double *W, int k);

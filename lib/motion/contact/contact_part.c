@@ -195,7 +195,7 @@ static void watch_open_of_island(kt_simulation *simulation) {
         if (kt_contact_is_closed(simulation->model, &c->item[k]))
             continue;
         if (i < c->meeting)
-            simulation->contact_state[k].closes_at = fmin(c->gap[k], 0.0) - kt_contact_margin(simulation, i);
+            simulation->contact_state[k].closes_at = kt_contact_closing_gap(simulation, i);
         if (i < c->meeting || fabs(c->v[c->item[k].v]) <= c->rest_rate[k])
             simulation->event_memory[k].side = -1;
     }

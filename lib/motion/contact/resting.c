@@ -16,7 +16,7 @@
 static bool is_resting(const kt_simulation *simulation, int k, const double *a) {
     const struct kt_contacts *c = simulation->contacts;
     double size, unused;
-    if (kt_contact_is_released(&c->item[k]) || !(c->gap[k] <= kt_contact_depth(&c->item[k])) ||
+    if (kt_contact_is_released(&c->item[k]) || !kt_contact_touches(simulation, k, kt_contact_depth(&c->item[k])) ||
         !(fabs(kt_contacts_rate(c, k, 0, c->v)) <= kt_contact_resting(simulation, k)))
         return false;
     (void)kt_contacts_residual(c, k, 0, c->a, c->drift, &size);

@@ -9,12 +9,16 @@
 
 #include <math.h>
 
+bool kt_contact_touches(const kt_simulation *simulation, int k, double most) {
+    return simulation->contacts->gap[k] <= most + fmax(simulation->contact_state[k].closes_at, 0.0);
+}
+
 void kt_contacts_list_rows(kt_simulation *simulation) {
     struct kt_contacts *c = simulation->contacts;
     kt_contacts_clear_rows(c);
     for (int k = 0; k < c->sides; k++) {
         const kt_contact *item = &c->item[k];
-        const bool touches = c->gap[k] <= kt_contact_touching * item->unit || item->meets ||
+        const bool touches = kt_contact_touches(simulation, k, kt_contact_touching * item->unit) || item->meets ||
                              kt_contact_is_closed(simulation->model, item);
         if (touches && !item->spared && !item->flies && !kt_contact_is_released(item))
             (void)kt_contacts_add_row(c, k, 0);

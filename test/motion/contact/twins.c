@@ -529,6 +529,7 @@ static const twin shorter = {"lengths times 2^-10", 1.0, 0x1p-10, 1.0, 0.0, fals
 static const twin faster = {"times times 2^-10", 1.0, 1.0, 0x1p-10, 0.0, false, false, 0.0, 0.0, 0.0};
 static const char in_units[] = "scenes_move_alike_in_all_units";
 static const char in_frames[] = "scenes_move_alike_in_a_frame_that_moves";
+static const char in_time[] = "scenes_move_alike_at_late_times";
 static const struct found {
     uint64_t seed;
     int scene;
@@ -541,6 +542,7 @@ static const struct found {
     {20, 2, "depths of gaps, in m, bounded slip, in m/s", in_units, "rk4", true, false, &shorter},
     {2, 3, "tolerances in rad/s were compared with speeds in m/s", in_units, "dopri5", false, false, &shorter},
     {2, 1, "rates of rest grew with the speed of the frame", in_frames, "dopri5", false, false, &boosted[1]},
+    {102, 2, "the error of an event's time decided whether a held stop touched", in_time, "dopri5", false, false, late},
 };
 
 KT_TEST(twins_that_were_mended_move_alike) {
