@@ -41,7 +41,7 @@ WALLS = {"floor1": ((0, 0, 0), (0.28, 0, 0.96)), "floor2": ((0, 0, 0), (-0.28, 0
          "front": ((0, -WIDTH, 0), (0, 1, 0)), "back": ((0, WIDTH, 0), (0, -1, 0))}
 
 
-def bin_of(count, friction, seed):
+def bin_of(count, friction, seed, duration):
     draw = random.Random(seed)
     law = "restitution: 0" + (f", friction: {friction}" if friction > 0 else "")
     lines = ["kinetree: 1", f"gravity: [0, 0, -{GRAVITY}]", "bodies:"]
@@ -55,14 +55,15 @@ def bin_of(count, friction, seed):
             lines.append(f"  - {{name: s{i}-{name}, type: contact, point: s{i}.c, radius: {RADIUS}, plane: {{body: world, at: {list(at)}}}, axis: {list(axis)}, {law}}}")
         for j in range(i):
             lines.append(f"  - {{name: s{i}-s{j}, type: contact, point: s{i}.c, radius: {RADIUS}, plane: s{j}.c, radius2: {RADIUS}, {law}}}")
-    lines += [f"simulate: {{duration: {3 if friction > 0 else 1.5}, contact: steps, step: 4e-3}}", "output: {interval: 0.1, record: [velocity, energy, effect], markers: [" + ", ".join(f"s{i}.c" for i in range(count)) + "]}"]
+    lines += [f"simulate: {{duration: {duration}, contact: steps, step: 4e-3}}", "output: {interval: 0.1, record: [velocity, energy, effect], markers: [" + ", ".join(f"s{i}.c" for i in range(count)) + "]}"]
     return "\n".join(lines) + "\n"
 
 
-def check_bin(command, count, friction, seed=7):
-    """All starts come to rest. The energy of the usual one never grows; spheres that leave an unstable balance gain some by the
-    step's error, so that others are checked in the last second."""
-    seen, summary = run(command, bin_of(count, friction, seed))
+def check_bin(command, count, friction, seed, duration=3, throughout=False):
+    """All starts come to rest, with friction 21 of 24 within 3 s, the others within 6 s: spheres of these roll from an unstable
+    balance (7), and gain some energy by the step's error. Other starts never gain energy (throughout: this is checked); of those
+    with an unstable balance, the last second is checked."""
+    seen, summary = run(command, bin_of(count, friction, seed, duration))
     places = numpy.array([[seen[f"marker.s{i}.c.{x}"][-1] for x in "xyz"] for i in range(count)])
     # No friction of points resists a spin about the axis of a contact: bodies rest if their centres do.
     speed = max(abs(numpy.diff(seen[f"marker.s{i}.c.{x}"])[-1]) / 0.1 for i in range(count) for x in "xyz")
@@ -86,17 +87,17 @@ def check_bin(command, count, friction, seed=7):
             depth = max(depth, -gap)
             pull = max(pull, -(normal @ force))
             cone = max(cone, numpy.linalg.norm(force - normal * (normal @ force)) - friction * (normal @ force))
-    grown = max(numpy.diff(seen["energy.total"])[0 if seed == 7 else -10:])
+    grown = max(numpy.diff(seen["energy.total"])[0 if throughout else -10:])
     contacts = summary["contacts"]
     lift = sum(seen[f"effect.s{i}-{wall}.fz"][-1] for i in range(count) for wall in WALLS)
     observed = {"speed of centres, m/s": (speed, 1e-8), "depth, m": (depth, 1e-9), "penetration in a step, m": (contacts["penetration"], 1e-6),
                 "unbalanced force, N": (abs(left).max(), 1e-7), "unbalanced moment, N m": (abs(turning).max(), 1e-9),
                 "forces of the bin without the weight, N": (abs(lift - count * GRAVITY), 1e-7), "pull, N": (pull, 1e-9),
-                "beyond the cone, N": (cone, 1e-9), "energy grown, J": (grown, 1e-8), "failures in a step": (contacts["failures"] / (750 if friction > 0 else 375), 0.1 if friction > 0 else 0)}
+                "beyond the cone, N": (cone, 1e-9), "energy grown, J": (grown, 1e-8), "failures in a step": (contacts["failures"] / (duration / 4e-3), 0.1 if friction > 0 else 0)}
     for what, (value, bound) in observed.items():
         note(f"{what:40} observed {value:.3g}  bound {bound:.3g}")
     note(f"closed {contacts['closed']}, iterations {contacts['iterations']}, penetration {contacts['penetration']:.3g}")
-    claim(f"{count}_spheres_rest_in_a_bin_with_friction_{friction}" + (f"_from_start_{seed}" if seed != 7 else ""),
+    claim(f"{count}_spheres_rest_in_a_bin_with_friction_{friction}_from_start_{seed}",
           [f"{what}: {value} > {bound}" for what, (value, bound) in observed.items() if not value <= bound])
 
 
@@ -209,8 +210,9 @@ def check_planar(command, steps):
 
 
 if __name__ == "__main__":
-    for mu in (0, 0.5):
-        check_bin(sys.argv[1], 20, mu)
+    check_bin(sys.argv[1], 20, 0, 7, duration=1.5, throughout=True)
+    check_bin(sys.argv[1], 20, 0.5, 1, throughout=True)
+    check_bin(sys.argv[1], 20, 0.5, 7, duration=6)
     # Starts that did not come to rest while closed contacts returned residuals of the cone solver as speeds (2, 9), or kept
     # gaps that these residuals explain (5: a moment of 5e-9 N m).
     for count, mu, start in ((20, 0.5, 2), (10, 0.8, 9), (20, 0.5, 5)):
