@@ -270,6 +270,7 @@ static void open_dependent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_
         const bool sticks = c->item[i].type == KT_COULOMB_CONE && to->mode[i] == KT_COULOMB_STICK;
         if (c->item[i].type != KT_COULOMB_DRY && !kt_coulomb_is_open_alone(&c->item[i]) && !sticks &&
             kt_coulomb_fits(c, closed) && kt_coulomb_is_held(c, closed, i, 1, false)) {
+            kt_coulomb_copy(c, to, solver->next); /* what is known of other solutions stays */
             start_from_zero(c, solver);
             (void)open_one(c, solver, i, NULL, to, steps);
         }
