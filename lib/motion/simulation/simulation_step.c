@@ -320,7 +320,7 @@ static void undo_parameters(kt_model *model, kt_parameter_change *changes, int c
         double values[KT_PARAMETER_MAX];
         if (kt_parameter_get(model, &changes[i].parameter, values, NULL) == KT_OK)
             (void)!kt_parameter_set(model, &changes[i].parameter, changes[i].values, NULL);
-        memcpy(changes[i].values, values, sizeof values);
+        memcpy(changes[i].values, values, (size_t)changes[i].parameter.count * sizeof *values);
     }
 }
 
@@ -329,12 +329,12 @@ static kt_status exchange_parameters(const instant_change *change, kt_error *err
     kt_status status = KT_OK;
     for (int i = 0; status == KT_OK && i < change->count; i++) {
         kt_parameter_change *one = &change->parameters[i];
-        double values[KT_PARAMETER_MAX] = {0.0};
+        double values[KT_PARAMETER_MAX];
         status = kt_parameter_get(change->model, &one->parameter, values, error);
         if (status == KT_OK)
             status = kt_parameter_set(change->model, &one->parameter, one->values, error);
         if (status == KT_OK)
-            memcpy(one->values, values, sizeof values);
+            memcpy(one->values, values, (size_t)one->parameter.count * sizeof *values);
         else
             undo_parameters(change->model, change->parameters, i);
     }
