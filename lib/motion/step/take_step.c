@@ -51,8 +51,7 @@ void kt_phase_prepare(kt_simulation *simulation, kt_step_progress *progress) {
         (*hook)(simulation, progress);
 }
 
-/* Walks the hooks until one undoes the try. All of them must have accepted the try before the first hook of `accept`
- * runs. */
+/* Walks the hooks until one undoes the try. All of them accept it before the first hook of `accept` runs. */
 kt_status kt_phase_check(kt_simulation *simulation, kt_step_progress *progress, bool *again, kt_error *error) {
     kt_status status = KT_OK;
     kt_verdict verdict = KT_VERDICT_ACCEPT;
