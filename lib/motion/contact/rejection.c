@@ -39,16 +39,20 @@ static double relative_rate(const struct kt_contacts *c, int i, const double *v)
     return kt_contacts_rate(c, c->list[i], c->component[i], v) / c->item[c->list[i]].unit;
 }
 
-/* Returns the contact of all islands that closes fastest; *speed: its speed relative to its unit, at least 0. */
-static int find_fastest(struct kt_contacts *c, const double *v, double *speed) {
+/* Returns the contact that closes fastest, of those that a model closes with equations of group g; NULL: of all
+ * contacts. *speed: its speed relative to its unit, at least 0. */
+static int find_fastest(struct kt_contacts *c, const kt_model *model, size_t g, const double *v, double *speed) {
     int fastest = 0;
     *speed = 0.0;
     for (int k = 0; k < c->islands; k++) {
         (void)kt_contacts_select(c, k);
         for (int i = 0; i < c->meeting; i++) {
+            const kt_loop_record *loop = model != NULL ? &model->loop[c->item[c->list[i]].loop] : NULL;
             const double rate = relative_rate(c, i, v);
-            fastest = -rate > *speed ? c->list[i] : fastest;
-            *speed = fmax(*speed, -rate);
+            if (!(-rate > *speed) || (loop != NULL && (kt_loop_is_off(loop) || (size_t)loop->group != g)))
+                continue;
+            fastest = c->list[i];
+            *speed = -rate;
         }
     }
     return fastest;
@@ -58,15 +62,21 @@ static kt_where_text name_contact(const kt_simulation *simulation, int contact, 
     return kt_where_at("contact", kt_loop_name(simulation->model, simulation->contacts->item[contact].loop), t);
 }
 
-/* Returns the largest violation of the velocity equations after a projection, relative to their units, 1/s. */
-static double violation_of(const kt_model *model, const kt_data *data) {
-    double most = 0.0;
+/* Returns the fastest contact of a group whose velocity equations contradict each other after a projection, with its
+ * *speed; -1: there is none. Groups do not act on each other, so that fast contacts of other groups do not hide a slow
+ * drive. */
+static int find_prescribed(struct kt_contacts *c, const kt_model *model, const kt_data *data, const double *v,
+                           double *speed) {
     for (size_t g = 0; g < model->n.group; g++) {
+        const int fastest = find_fastest(c, model, g, v, speed);
         const kt_group_work w = kt_group_matrices(model, data, g, KT_ROWS_ALL);
+        double most = 0.0;
         for (int r = 0; r < w.k; r++)
             most = fmax(most, fabs(w.right[r]) / w.scale[r]);
+        if (*speed > 0.0 && most > left * *speed)
+            return fastest;
     }
-    return most;
+    return -1;
 }
 
 /* Returns whether loops prescribe that contacts continue to close. If so, sets an error that names these loops. If not,
@@ -78,7 +88,8 @@ static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) 
     double speed;
     char what[320];
     kt_error found;
-    const int fastest = find_fastest(c, from, &speed);
+    int fastest = -1;
+    (void)find_fastest(c, NULL, 0, from, &speed);
     for (int k = 0; k < c->n; k++)
         c->item[k].next = KT_CONTACT_OFF;
     for (int k = 0; k < c->islands; k++) {
@@ -90,9 +101,10 @@ static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) 
     const kt_model *closed = kt_contacts_model(simulation, true);
     kt_data_rebind(closed, simulation->data);
     kt_copy(simulation->a, from, simulation->size.nv * sizeof(double));
-    if (!(speed > 0.0) ||
-        kt_velocity_impact(closed, simulation->data, t, q, simulation->a, NULL, &found) != KT_ERROR_CONSTRAINT ||
-        !(violation_of(closed, simulation->data) > left * speed)) {
+    if (speed > 0.0 &&
+        kt_velocity_impact(closed, simulation->data, t, q, simulation->a, NULL, &found) == KT_ERROR_CONSTRAINT)
+        fastest = find_prescribed(c, closed, simulation->data, from, &speed);
+    if (fastest < 0) {
         kt_data_rebind(model, simulation->data);
         kt_phase_rebind(simulation);
         return false;
@@ -201,7 +213,7 @@ kt_status kt_contacts_check_rates(kt_simulation *simulation, double t, const dou
                                   kt_status status, kt_error *error) {
     double speed = approach;
     if (status == KT_OK)
-        (void)find_fastest(simulation->contacts, v, &speed);
+        (void)find_fastest(simulation->contacts, NULL, 0, v, &speed);
     return approach > 0.0 && speed > kept * approach && (status == KT_OK || status == KT_ERROR_CONSTRAINT) &&
                    is_prescribed(simulation, t, error)
                ? KT_ERROR_CONSTRAINT

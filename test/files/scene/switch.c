@@ -457,6 +457,19 @@ static const char small_drive[] =
     "  - {type: joint_limit, joint: wheel, upper: 0.5, restitution: 0}\n"
     "simulate: {duration: 2}\n";
 
+/* A drive of 0.1 mm/s next to bodies of 1 m. The wheel's group is another one than that of the drive, so that its speed
+ * does not count. */
+static const char slow_drive[] =
+    "kinetree: 1\n"
+    "bodies:\n"
+    "  - {name: wheel, joint: {type: revolute, axis: z, position: 0, velocity: 1}, mass: 1, com: [1, 0, 0]}\n"
+    "  - {name: jaw, joint: {type: prismatic, axis: x, position: 0}, mass: 1, com: [1, 0, 0]}\n"
+    "loops: [{name: drive, type: motion, joint: jaw, position: {polynomial: [0, 1e-4]}}]\n"
+    "effects:\n"
+    "  - {type: joint_limit, joint: jaw, upper: 0.5e-4, restitution: 0}\n"
+    "  - {type: joint_limit, joint: wheel, upper: 0.5, restitution: 0}\n"
+    "simulate: {duration: 2}\n";
+
 /* A drive goes on through a stop: with and without a restitution, from a distance and from rest at the stop. A vice
  * presses a block against a wall. A table is lifted against a pendulum that hangs straight down. With W = 0, no impulse
  * p changes u + W p, for any rounding of W. */
@@ -469,6 +482,7 @@ KT_TEST(a_prescribed_motion_into_a_boundary_is_told) {
     check_rejection("stop, plastic", DRIVEN("polynomial: [0, 1]", STOP("0")), 0.5, stop);
     check_rejection("from the stop", DRIVEN("ramp: {from: 0.5, to: 1, start: 0.2, end: 0.4}", STOP("0.5")), 0.2, stop);
     check_rejection("stop, small", small_drive, 0.5, stop);
+    check_rejection("stop, slow", slow_drive, 0.5, stop);
     check_rejection("without a lever but for rounding", LIFTED("-90"), 0.5, straight);
     check_rejection("nearly without", LIFTED("-90.00000001"), 0.5, inclined);
     check_rejection(
