@@ -64,8 +64,10 @@ static kt_sym3 add_second_moment(kt_sym3 s, double weight, kt_vec3 u) {
                                        weight * u.x * u.z, weight * u.y * u.z));
 }
 
-/* The integral of x x', with x from `from`. A tetrahedron with the corners 0, a, b, c and s = a + b + c has V / 20 (a
- * a' + b b' + c c' + s s'); a triangle of a surface has A / 12 in place of V / 20. */
+/* The integral of x x', with x from `from`. A tetrahedron with the corners 0, a, b, c, the volume V and s = a + b + c
+ * has
+ *     V / 20 (a a' + b b' + c c' + s s')
+ * A triangle of a surface has the area in place of the volume, and 12 in place of 20. */
 static kt_sym3 second_moments(const kt_triangles *mesh, kt_vec3 from, kt_volume_rule rule, double *volume) {
     kt_sym3 s = kt_sym3_make(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     *volume = 0.0;

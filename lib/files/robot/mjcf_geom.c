@@ -76,7 +76,7 @@ static void read_field_size(kt_mjcf *m, const kt_element *field_geom, double siz
 /* The solid whose mass a geom has. */
 static kt_solid weighed_solid_of(const geom *g) { return g->type == HFIELD ? KT_SOLID_BOX : solids[g->type]; }
 
-/* What the density multiplies to the mass: the volume, or the area of a shell. */
+/* The mass of a geom divided by its density: the volume, or the area of a shell. */
 static double geom_measure_of(const geom *g) {
     if (g->type == MESH)
         return g->mesh != NULL ? g->mesh->enclosed.volume : 0.0;

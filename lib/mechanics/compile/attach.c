@@ -304,8 +304,8 @@ static void fill_load(const kt_attach *a, const kt_effect *effect, kt_effect_rec
             r->load_loop = i;
 }
 
-/* Fills the records of all effects, also of those that are off. *number, *variable, *part and *text are the first free
- * indices in the model's lists, and are moved on past what the effects need. */
+/* Fills the records of all effects, also of those that are off. On entry and on return, *number, *variable, *part and
+ * *text are the first free indices in lists of the model. */
 static kt_status fill_effects(kt_attach *a, kt_model *m, size_t *number, size_t *variable, size_t *part, size_t *text,
                               kt_error *error) {
     size_t term = a->loop_terms, point = 0, link = 0;

@@ -229,7 +229,8 @@ KT_INLINE void pass_up(const kt_mass_factor *f, bool is_short, bool solve, bool 
     }
 }
 
-/* One call: M^-1 = L^-1 D^-1 L^-T and its parts, or the product with M = L' D L. is_short is a constant at each use. */
+/* Applies M^-1 = L^-1 D^-1 L^-T, a part of it, or M = L' D L. `call` names which. The compiler knows is_short at each
+ * use. */
 KT_INLINE void pass(const kt_mass_factor *f, bool is_short, kt_factor_call call, double *x) {
     const bool solve = call != KT_FACTOR_MULTIPLY;
     if (call == KT_FACTOR_SOLVE || call == KT_FACTOR_SOLVE_UPPER)

@@ -411,8 +411,8 @@ static kt_status evaluate_without_friction(const kt_model *model, kt_data *data,
     return status;
 }
 
-/* Accelerations with friction, as cheaply as the model permits: friction added between the passes, or by responses that
- * are known, or by one more evaluation with the forces of friction. */
+/* Accelerations with friction, in the cheapest way that the model permits. Friction is added between the passes. If
+ * this is not possible, known responses add it, and without these a second evaluation with the forces of friction. */
 static kt_status accelerate(const kt_model *model, kt_data *data, const kt_dynamic_state *at, bool is_slow, double *a,
                             kt_error *error) {
     kt_slip_problem *p = kt_slip_problem_of(data);

@@ -134,9 +134,10 @@ static double squared(const kt_method *method, kt_coupled c, size_t i, size_t j)
     return sum;
 }
 
-/* Adds block (i, j) of the equations for dK or dA (see above) to the matrix, whose columns have m numbers: 1 on the
- * diagonal, or M in rows of accelerations that are multiplied by M, minus h a_ij F; if positions are plain numbers,
- * minus h a_ij F^v + h^2 (a^2)_ij F^q. */
+/* Adds block (i, j) of the equations for dK or dA (see above) to the matrix. The block is
+ *     1 - h a_ij F                             on the diagonal; 1 becomes M in rows that are multiplied by M
+ *     1 - (h a_ij F^v + h^2 (a^2)_ij F^q)      if positions are plain numbers
+ * Off the diagonal, 1 is left out. m: the numbers of a column. */
 static void add_stage_block(const kt_step_work *w, kt_coupled c, size_t i, size_t j, size_t m, double *to) {
     const size_t n = w->model->n.v, e = kt_rate_numbers(w->model), at = w->one_derivative ? 0 : i - c.first;
     const double h = w->step->h, a = h * kt_implicit_entry(w->step->method, i, j);

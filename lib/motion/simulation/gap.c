@@ -186,8 +186,8 @@ static bool is_swept(const kt_simulation *simulation, const double *slope) {
     return simulation->cached == KT_CACHED_EVALUATION && simulation->slope == slope;
 }
 
-/* Makes the end of a step the beginning of the next one. known: gaps->begin has the gaps at the end, of effects that
- * the step may have reached. far: the time of the end if the step can have reached no boundary, else NaN. */
+/* Makes the end of a step the beginning of the next one. known: gaps->begin has the gaps at this end. They are those of
+ * effects that the step may have reached. far: the time of the end, or NaN if the step may have reached a boundary. */
 static void pass_gaps(kt_simulation *simulation, bool known, double far) {
     kt_simulation_pass_clearances(simulation);
     simulation->gaps->time = simulation->integrator->memory.t;

@@ -84,8 +84,8 @@ kt_op3 kt_code_down(kt_graph *g, const kt_code_frame *f, kt_op3 a) {
     return kt_code_from_rest(g, f, kt_code_rest_down(g, f, a));
 }
 
-/* R J R' for a rotation about axis k: with d = J_ii - J_jj and t = sin^2 d + 2 sin cos J_ij, the products are J_ii - t,
- * J_jj + t, and J_ij + sin cos d - 2 sin^2 J_ij. */
+/* K = R J R' for a rotation about axis k. With d = J_ii - J_jj and t = sin^2 d + 2 sin cos J_ij
+ *     K_ii = J_ii - t,   K_jj = J_jj + t,   K_ij = J_ij + sin cos d - 2 sin^2 J_ij */
 static kt_op6 turn_code_inertia(kt_graph *g, const kt_code_frame *f, const kt_op6 *inertia) {
     const int k = f->link->link->axis, i = (k + 1) % 3, j = (k + 2) % 3;
     const int ii = kt_op6_index(i, i), jj = kt_op6_index(j, j), ij = kt_op6_index(i, j);
