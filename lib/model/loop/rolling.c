@@ -124,8 +124,8 @@ static int evaluate_rolling(const kt_loop_record *loop, const double *numbers, c
 
 static int rolling_row_count(const kt_loop *loop) { return loop->side != KT_SIDE_NONE ? 1 : loop->holonomic ? 3 : 2; }
 
-/* NOLINTNEXTLINE(readability-non-const-parameter): a type with numbers of its own writes them */
 /* Chooses what rolls: the rim of a disc with a one-sided contact, two balls, a ball on a plane, or a disc. */
+/* NOLINTNEXTLINE(readability-non-const-parameter): a type with numbers of its own writes them */
 static void choose_form(const kt_description *description, const kt_loop *loop, double *numbers,
                         kt_loop_record *record) {
     (void)description, (void)numbers;
