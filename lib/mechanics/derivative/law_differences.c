@@ -31,6 +31,7 @@ int kt_law_difference(const kt_effect_record *effect, double *values, double by[
     int code = 0;
     for (int j = 0; j < effect->variable_count && code == 0; j++) {
         law_point at = {effect, values, j};
+        /* cppcheck-suppress legacyUninitvar ; its addresses are taken, and kt_difference_find fills them */
         const kt_differenced law = {sample_law, &at, 6, sample, eight, six};
         /* Variables may be pressures or currents, so the step is relative to large values. */
         code = kt_difference_find(&law, KT_DIFFERENCE_STEP * fmax(1.0, fabs(values[j])), by[j], error);
