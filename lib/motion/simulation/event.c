@@ -381,6 +381,18 @@ static void remember_due(kt_simulation *simulation) {
             simulation->events.latest = k;
 }
 
+/* Whether a contact that is due is far from its event at the beginning of the step. Its value jumps between both, for
+ * example because a force jumps next to the beginning of a fixed step. At the beginning it has not happened yet. */
+static bool is_due_by_jump(const kt_simulation *simulation) {
+    bool jumps = false;
+    for (size_t k = 0; k < kt_simulation_contact_events(simulation); k++) {
+        const double first = simulation->events.value[KT_EVENT_SAMPLES * simulation->size.event + k];
+        jumps = jumps || (simulation->event_root[k].due && kt_sign_of(first) == -simulation->event_root[k].side &&
+                          fabs(first) > reached * simulation->events.search[k].size);
+    }
+    return jumps;
+}
+
 /* Searches events after a try. If an event happened within the step, the step is undone, and the next try ends at the
  * event. */
 static kt_status reject_event_step(kt_simulation *simulation, kt_step_progress *progress, kt_verdict *verdict,
@@ -402,7 +414,10 @@ static kt_status reject_event_step(kt_simulation *simulation, kt_step_progress *
     double instant = status == KT_OK && first < HUGE_VAL ? event_instant_of(simulation, first) : HUGE_VAL;
     const bool ends = repetition >= REPETITIONS &&
                       !(t1 - instant > kt_event_together(simulation, t1) && kt_simulation_skips_contact(simulation));
-    const bool fires = instant < HUGE_VAL && (fabs(t1 - instant) <= kt_event_least_width(simulation, t1) || ends);
+    const double least = 2.0 * shortest_event_step(simulation, simulation->events.end);
+    const bool jumps = instant - t0 < least && is_due_by_jump(simulation);
+    const bool reaches = fabs(t1 - instant) <= kt_event_least_width(simulation, t1) || (jumps && t1 - t0 <= least);
+    const bool fires = instant < HUGE_VAL && (reaches || ends);
     if (fires && simulation->events.reach != t1) /* the last panel ended before the end of the step */
         status =
             kt_event_evaluate_all(simulation, t1, kt_integrator_state(simulation->integrator),
@@ -423,7 +438,7 @@ static kt_status reject_event_step(kt_simulation *simulation, kt_step_progress *
         simulation->events.aim = fires ? simulation->events.count : aim;
         return KT_OK;
     }
-    instant = repetition >= REPETITIONS && !ends ? 0.5 * (t0 + t1) : instant;
+    instant = repetition >= REPETITIONS && !ends ? 0.5 * (t0 + t1) : jumps ? t0 + least : instant;
     kt_integrator_retreat(simulation->integrator, instant - t0);
     remember_due(simulation);
     *verdict = instant - t0 > shortest_event_step(simulation, instant) ? KT_VERDICT_REPEAT : KT_VERDICT_STAY;

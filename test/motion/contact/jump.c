@@ -7,10 +7,12 @@
 #include "kinetree/mechanism.h"
 #include "kinetree/simulation.h"
 
+#include <float.h>
 #include <math.h>
+#include <stdio.h>
 
 #include "check.h"
-#include "motion/simulation/scenes.h"
+#include "motion/simulation/parsed.h"
 
 static const double g = 9.81, end = 2.0, tick = 0.05;
 enum { RAMPS = 3, RUNS = 300, RECORDS = 80 };
@@ -322,4 +324,30 @@ KT_TEST(crate_slips_on_a_truck_whose_acceleration_jumps) {
         slips += c.slips;
     }
     kt_check_above("slips in all", slips, RUNS / 2.0);
+}
+
+/* A push of 2 N overcomes friction of 1 N. The push begins some roundings of the time before or behind the end of a
+ * fixed step. Where the step ends the push may act already, or not yet. */
+KT_TEST(friction_slips_if_a_force_jumps_next_to_the_end_of_a_fixed_step) {
+    static const double step = 1e-3, at = 0.1, until = 0.2,
+                        roundings[] = {-200, -60, -1, 0, 1, 2, 30, 60, 100, 130, 200};
+    static const char *const methods[] = {"heun", "rk4", "dopri5"};
+    KT_WORST speed = kt_worst_make("speed, m/s");
+    for (size_t i = 0; i < sizeof roundings / sizeof *roundings; i++)
+        for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
+            char text[512];
+            kt_parsed p;
+            (void)snprintf(text, sizeof text,
+                           "kinetree: 1\nbodies:\n  - {name: b, joint: {type: prismatic, axis: x}, mass: 1}\neffects:\n"
+                           "  - {type: joint_friction, joint: b, coulomb: 1, static: 1.2, stribeck: 0, stick: true}\n"
+                           "  - {type: motor, joint: b, force: \"2*(t >= %.17g)\"}\n",
+                           at + roundings[i] * DBL_EPSILON * at);
+            kt_parsed_make(&p, text);
+            const kt_run run = kt_run_fixed(methods[m], step, until);
+            kt_simulation *simulation = kt_test_simulation(p.model, &run, NULL);
+            kt_error error = {0};
+            kt_need_fine(methods[m], kt_simulation_advance(simulation, until, &error), &error);
+            kt_worst_near(&speed, kt_simulation_velocities(simulation)[0], until - at, 1e-13, "%s, %g roundings",
+                          methods[m], roundings[i]);
+        }
 }
