@@ -38,3 +38,24 @@ KT_TEST(installation_without_the_module_of_lapack_is_told) {
     kt_check_text("in the summary", json_string_value(kt_json_find(root, "warnings[0].code")), "unknown_stability");
     json_decref(root);
 }
+
+/* The command finds its modules beside itself or beside the libraries of the engine, unless the environment names an
+ * earlier folder. */
+KT_TEST(modules_that_cannot_be_loaded_are_told) {
+    kt_shell("mkdir damaged; touch damaged/libkinetree-hdf5.so damaged/libkinetree-assimp.so");
+#ifdef KT_LOADS_HDF5
+    kt_expect(0, NULL, "$K run " KT_SCENES "/pendulum.yaml --duration 0.1 --quiet --out fine.h5");
+    kt_expect(4, "a.h5: HDF5 cannot be loaded: damaged/libkinetree-hdf5.so: file too short",
+              "LD_LIBRARY_PATH=damaged $K run " KT_SCENES "/pendulum.yaml --duration 0.1 --quiet --out a.h5");
+    kt_check_true("no records are begun", kt_read_file("a.h5.partial") == NULL);
+    kt_expect(4, "fine.h5: HDF5 cannot be loaded", "LD_LIBRARY_PATH=damaged $K plot fine.h5 --out a.svg");
+#endif
+#ifdef KT_LOADS_ASSIMP
+    kt_write_file("t.off", "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n");
+    kt_write_file("t.yaml", "kinetree: 1\nbodies: [{name: a, joint: {type: revolute}, mass: 1, inertia: [1, 1, 1]}]\n"
+                            "meshes: [{body: a, file: t.off}]\nsimulate: {duration: 1}\n");
+    static const char words[] = "assimp cannot be loaded: damaged/libkinetree-assimp.so: file too short";
+    kt_check_true("loaded", strstr(kt_shell("$K view t.yaml --out t.html").err, "assimp") == NULL);
+    kt_check_contains("damaged", kt_shell("LD_LIBRARY_PATH=damaged $K view t.yaml --out t.html").err, words);
+#endif
+}

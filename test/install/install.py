@@ -66,6 +66,10 @@ def demo(root):
     for path in scenes[1:]:
         path.with_suffix(".away").rename(path)
     listed = [line.split()[0] for line in ran.stdout.splitlines()]
+    if next(root.rglob("libkinetree-hdf5.so"), None):
+        written = run(next(root.rglob("bin/kinetree")), "run", scenes[0], "--duration", "0.01", "--quiet", "--out", root / "records.h5", environment=environment)
+        if written.returncode != 0 or not (root / "records.h5").is_file():
+            return written.stderr.splitlines() or ["no HDF5"]
     return [] if len(scenes) > 1 and listed == [scenes[0].stem] else [f"status {ran.returncode}, lists {listed}"] + ran.stderr.splitlines()
 
 

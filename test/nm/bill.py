@@ -19,12 +19,15 @@ SYSTEM = r"lib(c|m|dl|pthread|rt|gcc_s|quadmath|kinetree.*)\.so.*|ld-linux.*"
 
 content = json.loads(pathlib.Path(bill).read_text())
 listed = {one["name"]: one for one in content["packages"]}
-needed = {name for binary in binaries for name in re.findall(r"NEEDED.*\[(.+)\]", output_of(readelf, "-dW", binary))}
+loads = {binary: set(re.findall(r"NEEDED.*\[(.+)\]", output_of(readelf, "-dW", binary))) for binary in binaries}
+needed = set().union(*loads.values())
 foreign = {name for name in needed if not re.fullmatch(SYSTEM, name)}
 owner = {name: [one for one, pattern in LOADED.items() if re.match(pattern + r"\b|" + pattern + r"[-_]", name)] for name in foreign}
 note(f"{len(foreign)} libraries of others, {len(listed) - 1} in the bill")
 claim("each_library_that_is_loaded_is_in_the_bill", sorted(name for name, found in owner.items() if not set(found) & set(listed)))
 claim("the_bill_has_no_other_library", sorted(set(listed) - {"Kinetree", "OpenBLAS"} - {one for found in owner.values() for one in found}))
+modules = {one for one in ("hdf5", "assimp") if any(pathlib.Path(binary).name == f"libkinetree-{one}.so" for binary in binaries)}
+claim("the_command_loads_large_libraries_when_it_needs_them", sorted(name for name in loads[binaries[0]] if name.startswith(tuple(f"lib{one}" for one in modules))))
 claim("each_library_has_a_version_and_a_licence",
       [name for name, one in listed.items() if not re.match(r"\d+(\.\d+)*", one["versionInfo"]) or one["licenseDeclared"] == "NOASSERTION" and name != "MPI"])
 claim("kinetree_has_its_version_and_its_licence", [] if (listed["Kinetree"]["versionInfo"], listed["Kinetree"]["licenseDeclared"]) == (version, "Apache-2.0") else [listed["Kinetree"]])

@@ -11,7 +11,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-const bool kt_hdf5_is_there = true;
+int kt_keep_check(const char *path) {
+    (void)path;
+    return -1;
+}
 
 enum { CHUNK = 1 << 14 /* numbers: 128 kB */, LEVEL = 4 };
 

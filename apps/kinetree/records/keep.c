@@ -11,13 +11,6 @@
 
 bool kt_keep_is_meant(const char *path) { return kt_stem_length(path, ".h5|.hdf5") >= 0; }
 
-int kt_keep_check(const char *path) {
-    if (kt_hdf5_is_there)
-        return -1;
-    return kt_misuse(
-        "%s: this kinetree was built without HDF5; build it with libhdf5-dev and -Dhdf5=enabled, or take CSV", path);
-}
-
 static int say(const kt_keep *keep, const char *what) {
     kt_say("%s %s: %s", kt_output_path(&keep->output), what, strerror(errno));
     return -1;

@@ -63,7 +63,6 @@ int kt_keep_end(kt_keep *keep, const kt_keep_words *words, kt_output_fate fate);
 /* Writes the HDF5 file from an open side file (hdf5.c; no_hdf5.c if the program is built without HDF5). Returns 0, or
  * -1 after printing the error. */
 int kt_hdf5_write(const char *path, FILE *file, const kt_keep_words *words);
-extern const bool kt_hdf5_is_there;
 
 /* Adds the runs of an HDF5 file to a table. If there are too many, it adds an even selection and reports this. Returns
  * -1, or an exit code after printing the error. */
