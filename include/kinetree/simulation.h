@@ -462,6 +462,21 @@ KT_API KT_CHECKED kt_status kt_contact_force(kt_simulation *simulation, int effe
  * NULL. */
 KT_API kt_contact_counts kt_simulation_contacts(const kt_simulation *simulation);
 
+/* Forces beyond the law. If no motion obeys the law, or steps do not resolve it, a contact is held at rest for a short
+ * time whatever its force (kt_contact_counts.rested). Its friction may then exceed its cone, or its normal force may
+ * pull. */
+typedef struct kt_contact_excess {
+    uint64_t steps; /* that began with such a force */
+    double most;    /* the largest excess: of friction as a part of the cone, of a pull as a part of the normal force.
+                       Both belong to the largest force of the contact's island */
+    double time;    /* s, of the largest excess; 0: none */
+    int loop;       /* its contact: the loop in the simulation's model (kt_loop_name) */
+} kt_contact_excess;
+
+/* Returns the forces beyond the law since the start or the last kt_simulation_set_state. All members are zero if there
+ * are none, and for NULL. */
+KT_API kt_contact_excess kt_simulation_contact_excess(const kt_simulation *simulation);
+
 /* ---- records ----------------------------------------------------------------------------------------------------- */
 
 /* Returns the number of records of a whole run: a record at each time k * interval, k = 0, 1, ..., before the duration,

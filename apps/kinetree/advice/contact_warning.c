@@ -25,6 +25,14 @@ static const kt_counted slow_slips = {
     " the iteration for the direction of slow slip did not converge: friction acted against the slip that there was",
     "Compare with a smaller `max_step`, or take elastic contacts (stiffness)"};
 
+static const kt_counted jams = {
+    .code = "friction_jammed",
+    "at ",
+    "instant",
+    "instants",
+    " no acceleration obeyed Coulomb's law (Painleve's paradox): an impulse without a collision stopped the slip",
+    "Take less friction, or elastic contacts (stiffness)"};
+
 /* Warns if friction of contacts allowed several motions. */
 static void warn_of_undecided(kt_outcome *outcome) {
     const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
@@ -57,6 +65,21 @@ static void warn_of_wedge(kt_outcome *outcome) {
                 "within all friction cones are recorded");
 }
 
+/* Warns if a contact that was held had a force beyond the law. */
+static void warn_of_excess(kt_outcome *outcome) {
+    const kt_contact_excess seen = kt_simulation_contact_excess(outcome->simulation);
+    const kt_warning warning =
+        kt_warning_at("contact_excess", seen.time, seen.most, NULL,
+                      "Compare with smaller steps, less friction, or elastic contacts (stiffness)");
+    if (seen.steps > 0)
+        kt_warn(
+            &outcome->warnings, &warning,
+            "no motion that obeys Coulomb's law was found: %llu step%s began with a force beyond it, most at '%s' at "
+            "t = %.9g s, by %.3g of its friction cone (of its normal force if it pulls)",
+            (unsigned long long)seen.steps, kt_plural((long long)seen.steps),
+            kt_loop_name(kt_simulation_model(outcome->simulation), seen.loop), seen.time, seen.most);
+}
+
 /* Warns if impacts at one instant reached their limit. */
 static void warn_of_dropped_speed(kt_outcome *outcome) {
     const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
@@ -76,5 +99,7 @@ void kt_warn_of_contacts(kt_outcome *outcome) {
     warn_of_undecided(outcome);
     warn_of_wedge(outcome);
     warn_of_dropped_speed(outcome);
+    warn_of_excess(outcome);
+    kt_warn_of_count(outcome, seen.jammed, &jams);
     kt_warn_of_count(outcome, seen.unconverged, &slow_slips);
 }

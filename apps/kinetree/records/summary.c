@@ -174,6 +174,7 @@ static void list_time_stepping(const kt_contact_counts *seen, json_t *contacts) 
 /* Lists the counts of hard stops, contacts and slack ropes. */
 static void list_contacts(const kt_outcome *outcome, json_t *root) {
     const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
+    const kt_contact_excess excess = kt_simulation_contact_excess(outcome->simulation);
     json_t *contacts = json_object();
     json_object_set_new(contacts, "impacts", json_integer((json_int_t)seen.impacts));
     json_object_set_new(contacts, "closings", json_integer((json_int_t)seen.closings));
@@ -190,6 +191,12 @@ static void list_contacts(const kt_outcome *outcome, json_t *root) {
     json_object_set_new(contacts, "shared", json_integer((json_int_t)seen.shared));
     json_object_set_new(contacts, "unconverged", json_integer((json_int_t)seen.unconverged));
     json_object_set_new(contacts, "rested", json_integer((json_int_t)seen.rested));
+    if (excess.steps > 0)
+        json_object_set_new(
+            contacts, "excess",
+            json_pack("{s:I, s:f, s:f, s:o}", "steps", (json_int_t)excess.steps, "most", excess.most, "time",
+                      excess.time, "contact",
+                      kt_json_text(kt_loop_name(kt_simulation_model(outcome->simulation), excess.loop))));
     json_object_set_new(contacts, "reduced", json_integer((json_int_t)seen.reduced));
     json_object_set_new(contacts, "jammed", json_integer((json_int_t)seen.jammed));
     json_object_set_new(contacts, "dissipated", kt_json_number(seen.dissipated));

@@ -31,6 +31,7 @@
     X(kt_constraint_formulation_options)                                                                               \
     X(kt_constraint_formulation_statistics)                                                                            \
     X(kt_contact_counts)                                                                                               \
+    X(kt_contact_excess)                                                                                               \
     X(kt_contact_load)                                                                                                 \
     X(kt_coordinate_list)                                                                                              \
     X(kt_coordinates)                                                                                                  \

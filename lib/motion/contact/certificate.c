@@ -9,7 +9,7 @@
  * be zero. Therefore forces are compared with the largest force of their island, in the weights of its contacts
  * (cone/statics.h). Records between two steps have the errors of the steps. Each residual of Newton's law is compared
  * with the sum of the magnitudes of its terms, so that no bound has a unit. A contact that is held (directions.c)
- * disobeys its limit on purpose, and the run counts it.
+ * may disobey its limit. Steps that begin with such a force are counted, with the largest excess.
  *
  * Newton's law is tested with inverse dynamics, which use neither the mass matrix, nor W, nor the factors of the
  * equations. The wrenches of loops and contacts are those of the record, or of an evaluation in its state if it has no
@@ -75,11 +75,16 @@ static double reserve_of(const kt_simulation *simulation, const double *multipli
     return rubs ? limit - kt_hypot(force[0], force[1]) : k < c->sides ? normal - opens_at : limit - fabs(normal);
 }
 
-/* Whether the law bounds the force of item k: it is closed, and neither held nor friction of an open contact. */
-static bool is_bounded(const kt_simulation *simulation, double t, int k) {
+/* Whether the law bounds the force of item k: it is closed, and not friction of an open contact. */
+static bool has_bound(const kt_simulation *simulation, int k) {
     const struct kt_contacts *c = simulation->contacts;
-    return kt_contact_is_closed(simulation->model, &c->item[k]) && !(t < simulation->contact_state[k].held) &&
+    return kt_contact_is_closed(simulation->model, &c->item[k]) &&
            !(kt_contact_rubs(c, k) && !kt_contact_is_closed(simulation->model, &c->item[c->item[k].of]));
+}
+
+/* Whether the force of item k must obey its bound: the item is not held. */
+static bool is_bounded(const kt_simulation *simulation, double t, int k) {
+    return has_bound(simulation, k) && !(t < simulation->contact_state[k].held);
 }
 
 /* Reserves of closed contacts and of sticking friction must not be negative. */
@@ -263,6 +268,44 @@ kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt
     return status == KT_OK && !has_other_forces(simulation) ? check_newton(simulation, t, error) : status;
 }
 
+/* ---- contacts that are held -------------------------------------------------------------------------------------- */
+
+static bool any_sticks(const struct kt_contacts *c, const kt_model *model) {
+    bool any = false;
+    for (int k = c->sides; k < c->n; k++)
+        any = any || (kt_contact_rubs(c, k) && kt_contact_is_closed(model, &c->item[k]));
+    return any;
+}
+
+/* Finds the largest force beyond its bound at the beginning of a step, from the values of events there. */
+void kt_contacts_find_excess(kt_simulation *simulation) {
+    struct kt_contacts *c = simulation->contacts;
+    const double *multiplier = any_sticks(c, simulation->model) ? c->reaction : c->row;
+    c->excess = (kt_contact_excess){.steps = 0};
+    for (int k = 0; k < c->n; k++) {
+        double size;
+        if (!kt_contact_is_held(simulation, k) || !has_bound(simulation, k))
+            continue;
+        const bool rubs = kt_contact_rubs(c, k);
+        const double reserve = reserve_of(simulation, multiplier, k, &size);
+        const double part = rubs ? fmin(kt_contact_coefficient(simulation->model, &c->item[k]), 1.0) : 1.0;
+        if (reserve < -wrong * size && -reserve > c->excess.most * part * size)
+            c->excess = (kt_contact_excess){.steps = 1,
+                                            .most = -reserve / (part * size),
+                                            .time = kt_integrator_time(simulation->integrator),
+                                            .loop = c->item[rubs ? c->item[k].of : k].loop};
+    }
+}
+
+/* Counts a step that began with a force beyond its bound. */
+static void count_excess(kt_simulation *simulation) {
+    const kt_contact_excess *now = &simulation->contacts->excess;
+    kt_contact_excess *all = &simulation->memory.excess;
+    const uint64_t steps = all->steps + now->steps;
+    *all = now->most > all->most ? *now : *all;
+    all->steps = steps;
+}
+
 /* ---- an instant -------------------------------------------------------------------------------------------------- */
 
 /* A step that begins behind an instant has the forces of the contacts that were decided there. If a reserve is negative
@@ -287,5 +330,6 @@ kt_status kt_contacts_check_decided(kt_simulation *simulation, kt_error *error) 
             "found; take an elastic contact (stiffness)",
             k < c->sides ? "pulls" : "exceeds its friction", -begin[k], size);
     }
+    count_excess(simulation);
     return KT_OK;
 }

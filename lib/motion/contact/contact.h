@@ -133,8 +133,9 @@ typedef struct kt_contact_retry {
 } kt_contact_retry;
 
 struct kt_contacts {
-    int n, sides; /* the number of items; the first `sides` items bound a side, the others are friction */
-    int islands;  /* number of islands of `all` */
+    kt_contact_excess excess; /* of the forces where the present step begins (certificate.c) */
+    int n, sides;             /* the number of items; the first `sides` items bound a side, the others are friction */
+    int islands;              /* number of islands of `all` */
     /* For the selected island (kt_contacts_select): its rows in the arrays of all rows. Rows up to `resting` are
      * friction of joints, the others friction of contacts. */
     kt_contact_island *selected;
@@ -326,7 +327,7 @@ int kt_contacts_find_slow(const kt_simulation *simulation);
 void kt_contact_hold(kt_simulation *simulation, int k);
 /* Holds friction k, or with fixed steps for one step at least, and counts this (directions.c). */
 void kt_contact_hold_friction(kt_simulation *simulation, int k);
-/* Whether friction k, or friction of any contact, is held at the present time (directions.c). */
+/* Whether item k, or any, is held at the present time (directions.c). */
 bool kt_contact_is_held(const kt_simulation *simulation, int k);
 bool kt_contacts_hold_any(const kt_simulation *simulation);
 /* Whether the slip of friction k has come to rest up to its rest velocity (directions.c). */
@@ -443,6 +444,8 @@ bool kt_contacts_have_reserves(const kt_simulation *simulation, double t);
 KT_CHECKED kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt_error *error);
 /* Checks the forces with which a step begins behind a decision, when the step is accepted. An error undoes the step. */
 KT_CHECKED kt_status kt_contacts_check_decided(kt_simulation *simulation, kt_error *error);
+/* Finds the largest force beyond the law where a step begins. Requires the values of the events there. */
+void kt_contacts_find_excess(kt_simulation *simulation);
 /* Sets the error of contacts without impulses, or without reactions (`what`). */
 kt_status kt_contacts_reject(kt_simulation *simulation, double t, const char *what, kt_error *error);
 

@@ -296,7 +296,7 @@ bool kt_contact_is_held(const kt_simulation *simulation, int k) {
 
 bool kt_contacts_hold_any(const kt_simulation *simulation) {
     bool any = false;
-    for (int k = simulation->contacts->sides; k < simulation->contacts->n; k++)
+    for (int k = 0; k < simulation->contacts->n; k++)
         any = any || kt_contact_is_held(simulation, k);
     return any;
 }
@@ -420,7 +420,8 @@ static void end_holds(kt_simulation *simulation) {
 }
 
 /* If directions change, forces in the present state equal the previous forces except for rounding. A simulation that is
- * restored at this point has the same directions. */
+ * restored at this point has the same directions. While a contact is held, the values of events are computed again:
+ * kt_contacts_find_excess needs their multipliers at the beginning of the step. */
 kt_status kt_contacts_begin_slip(kt_simulation *simulation, kt_error *error) {
     end_holds(simulation);
     if (kt_contacts_follow_slip(simulation)) {
@@ -428,11 +429,16 @@ kt_status kt_contacts_begin_slip(kt_simulation *simulation, kt_error *error) {
         simulation->contact_time = simulation->events.time = (double)NAN;
     }
     kt_status status = simulation->memory.retries >= TRIES ? end_hovering(simulation, error) : KT_OK;
-    return status == KT_OK ? end_turns(simulation, error) : status;
+    if (status == KT_OK)
+        status = end_turns(simulation, error);
+    if (kt_contacts_hold_any(simulation))
+        simulation->contact_time = simulation->events.time = (double)NAN;
+    return status;
 }
 
 kt_status kt_contacts_begin_prediction(kt_simulation *simulation, kt_error *error) {
     (void)error;
+    kt_contacts_find_excess(simulation);
     if (simulation->contacts->rubs && needs_wide_prediction(simulation) && take_loads(simulation))
         kt_integrator_change(simulation->integrator, true);
     return KT_OK;

@@ -94,6 +94,10 @@
     X(contacts.redundant, KT_BLOCK_COUNT)                                                                              \
     X(contacts.undecided_loop, 0.0, kt_loop_count(of->model) > 0 ? kt_loop_count(of->model) - 1.0 : 0.0)               \
     X(contacts.undecided_time, KT_BLOCK_ANY)                                                                           \
+    X(excess.steps, KT_BLOCK_COUNT)                                                                                    \
+    X(excess.most, KT_BLOCK_ANY)                                                                                       \
+    X(excess.time, KT_BLOCK_ANY)                                                                                       \
+    X(excess.loop, 0.0, kt_loop_count(of->model) > 0 ? kt_loop_count(of->model) - 1.0 : 0.0)                           \
     X(released, KT_BLOCK_ANY)                                                                                          \
     X(held, KT_BLOCK_ANY)                                                                                              \
     X(jumped, 0.0, kt_simulation_contact_events(of) > 0)                                                               \
@@ -141,7 +145,7 @@
 
 /* The parts that are structs: name, type, number, bytes that no member takes, words. One list checks all. */
 #define KT_CHECKPOINT_STRUCTS(X)                                                                                       \
-    X(memory, kt_simulation_memory, 1, 9, KT_MEMORY_WORDS)                                                             \
+    X(memory, kt_simulation_memory, 1, 13, KT_MEMORY_WORDS)                                                            \
     KT_CHECKPOINT_EVENT_STRUCTS(X)
 #define KT_CHECKPOINT_EVENT_STRUCTS(X)                                                                                 \
     X(contact_state, kt_contact_memory, of->size.contacts, 0, KT_CONTACT_WORDS)                                        \

@@ -36,6 +36,10 @@ kt_status kt_simulation_set_released(kt_simulation *simulation, uint64_t set, kt
     return status;
 }
 
+kt_contact_excess kt_simulation_contact_excess(const kt_simulation *simulation) {
+    return simulation != NULL ? simulation->memory.excess : (kt_contact_excess){.steps = 0};
+}
+
 kt_contact_counts kt_simulation_contacts(const kt_simulation *simulation) {
     return simulation != NULL ? simulation->memory.contacts : (kt_contact_counts){.impacts = 0};
 }

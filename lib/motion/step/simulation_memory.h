@@ -68,6 +68,7 @@ typedef struct kt_simulation_memory {
     double event_cut_time;    /* s, the beginning of its step */
     int64_t event_cut_of;     /* event of the first search that was cut */
     kt_contact_counts contacts;
+    kt_contact_excess excess;
     uint64_t released;    /* contacts that do not act, as bits of the set; for friction of joints both switches */
     uint64_t held;        /* friction that slips in joints that contacts or loops hold, as bits of the set */
     int64_t jumped;       /* forces have jumped since closed contacts were checked last */
