@@ -196,9 +196,7 @@ typedef struct kt_parameter_change {
  * On success changes[i].values are the previous numbers. The call is meant for the actions of events, and for use
  * between calls. Checkpoints do not contain parameters. Nothing is allocated.
  * Errors: those of kt_simulation_set_parameter, kt_simulation_set_auxiliary_states and kt_simulation_jump.
- * On failure the simulation, the model and the changes are unchanged. One exception: a function of time that was never
- * set and is no constant, such as a ramp, is replaced by its value and rates at the time 0 (kt_parameter_get). To keep
- * such a function, make the change in a copy of the model first, or give the drive a constant.
+ * On failure the simulation, the model and the changes are unchanged (a place of a loop: up to rounding).
  * Cost: that of a projection. */
 KT_API KT_CHECKED kt_status kt_simulation_change(kt_simulation *simulation, kt_model *model,
                                                  kt_parameter_change *changes, int count, const double *x,
@@ -427,10 +425,8 @@ typedef struct kt_contact_counts {
     uint64_t openings;    /* a contact ceased to be a constraint */
     uint64_t sticks;      /* friction that sticks came to rest */
     uint64_t slips;       /* friction that sticks began to slip */
-    uint64_t rested;      /* chains of impacts, or of ends of slip, ended in one instant: all further ones lay within
-                             1e-9 of the chain's time, slow slip turned, hovered or was wedged, slip reversed or stick
-                             ended 8 times, a contact opened three times at an instant, or other shares of forces held a
-                             corner */
+    uint64_t rested;      /* a rule let contacts rest: impacts or ends of slip accumulated, or slow slip turned, hovered
+                             or was wedged. Also holds (kt_contact_excess) */
     uint64_t reduced;     /* impacts with reduced restitutions: with the given ones the energy would have grown */
     uint64_t undecided;   /* friction allowed several motions. If all contacts can stick, they do; otherwise the motion
                              next to sticking was taken */
@@ -463,18 +459,15 @@ KT_API KT_CHECKED kt_status kt_contact_force(kt_simulation *simulation, int effe
 KT_API kt_contact_counts kt_simulation_contacts(const kt_simulation *simulation);
 
 /* Forces beyond the law. If no motion obeys the law, or steps do not resolve it, a contact is held at rest for a short
- * time whatever its force (kt_contact_counts.rested). Its friction may then exceed its cone, or its normal force may
- * pull. */
+ * time (kt_contact_counts.rested). Its friction may then exceed its cone, or its normal force may pull. */
 typedef struct kt_contact_excess {
-    uint64_t steps; /* that began with such a force */
-    double most;    /* the largest excess: of friction as a part of the cone, of a pull as a part of the normal force.
-                       Both belong to the largest force of the contact's island */
-    double time;    /* s, of the largest excess; 0: none */
-    int loop;       /* its contact: the loop in the simulation's model (kt_loop_name) */
+    uint64_t steps;    /* that began with such a force */
+    double most, time; /* the largest excess, as a part of the cone of the island's largest force (for a pull: of that
+                          force itself), and its time, s; 0: none */
+    int loop;          /* its contact: the loop in the simulation's model (kt_loop_name) */
 } kt_contact_excess;
 
-/* Returns the forces beyond the law since the start or the last kt_simulation_set_state. All members are zero if there
- * are none, and for NULL. */
+/* Returns the forces beyond the law since the start or the last kt_simulation_set_state; zeros for NULL. */
 KT_API kt_contact_excess kt_simulation_contact_excess(const kt_simulation *simulation);
 
 /* ---- records ----------------------------------------------------------------------------------------------------- */

@@ -225,9 +225,11 @@ static kt_status trace_loops(kt_attach *a, kt_counts *n, kt_error *error) {
 /* The function of time of a loop that is switched off: steps do not end at its corners. */
 static const kt_curve no_curve = {.type = KT_FUNCTION_CONSTANT};
 
-/* Whether a relation of rates is driven at one speed: its right-hand side is no function of time then, but no zero. */
-static bool has_constant_rate(const kt_model *m, const kt_loop_record *r) {
-    return r->term_count && kt_loop_kinds_baseline[r->kind]->relate(r, m->number, 0.0, 0.0).rate != 0.0;
+/* A relation of rates may be driven at one speed. Its right-hand side is then no function of time, but no zero. */
+bool kt_loop_drives(const kt_model *m, const kt_loop_record *r) {
+    return !kt_loop_is_off(r) &&
+           (kt_loop_is_driven(r) ||
+            (r->term_count && kt_loop_kinds_baseline[r->kind]->relate(r, m->number, 0.0, 0.0).rate != 0.0));
 }
 
 /* Tables of formulas are the first numbers of a model. Returns how many numbers they take. */
@@ -268,7 +270,7 @@ static void fill_attached_loops(const kt_attach *a, kt_model *m, size_t *number,
         *number += kt_curve_number_count(&function);
         prepare_loop(a->description, loop, m, r, number);
         fill_loop_turns(a, m, r, number);
-        m->driven |= !kt_loop_is_off(r) && (kt_loop_is_driven(r) || has_constant_rate(m, r));
+        m->driven |= kt_loop_drives(m, r);
         r->name = kt_model_store_text(m, text, loop->name);
     }
 }

@@ -107,6 +107,9 @@ static inline uint32_t kt_model_store_text(kt_model *m, size_t *used, const char
  * or none. */
 void kt_joint_hold(kt_model *model, const kt_body_record *body, bool held);
 
+/* attach.c: whether the loop is on, and depends on time or drives at a constant speed. */
+bool kt_loop_drives(const kt_model *m, const kt_loop_record *r);
+
 /* set_parameter.c: Returns KT_ERROR_ARGUMENT unless the parameter belongs to this model. */
 KT_CHECKED kt_status kt_parameter_require(const kt_model *model, const kt_parameter *parameter, kt_error *error);
 
@@ -115,6 +118,15 @@ void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const doubl
 /* Whether the numbers of kt_parameter_get describe the current model. Returns false for a function of time that is
  * neither constant nor set by a parameter. */
 bool kt_parameter_stands(const kt_model *model, const kt_parameter *parameter);
+
+/* Functions of time of a model: one of each loop, then three of each effect. Parameters replace such functions, and the
+ * numbers of kt_parameter_get do not describe them. The second function copies them. The third one writes those of a
+ * parameter back, in all variants. */
+static inline size_t kt_curve_count(const kt_model *model) {
+    return model->n.loop + 3 * (model->n.effect + model->n.effect_off);
+}
+void kt_curves_save(const kt_model *model, kt_curve *curves);
+void kt_curves_restore(kt_model *copy, const kt_parameter *parameter, const kt_curve *curves);
 
 /* loop_place.c: the place of a loop's end on the world, as six numbers x (KT_PARAMETER_LOOP_PLACE). The first function
  * returns that end. The result is -1 if no end lies on the world, if the loop bounds a side, or if the loop counts an

@@ -498,6 +498,14 @@ static kt_status check_parameter(const kt_model *model, const kt_parameter *para
                : status;
 }
 
+/* The function of time of a loop that is off is that of the models in which the loop is on. */
+static void put_loop_curve(kt_model *m, kt_loop_record *loop, kt_curve curve) {
+    loop->curve = kt_loop_is_off(loop) ? loop->curve : curve;
+    m->driven = false;
+    for (size_t i = 0; i < m->n.loop; i++)
+        m->driven = m->driven || kt_loop_drives(m, &m->loop[i]);
+}
+
 void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const double *values) {
     copy->revision++;
     switch (parameter->kind) {
@@ -531,10 +539,7 @@ void kt_parameter_put(kt_model *copy, const kt_parameter *parameter, const doubl
             copy->effect[parameter->item].curve[k] = constant_curve(values[k]);
         break;
     case KT_PARAMETER_LOOP_CURVE:
-        if (kt_loop_is_off(&copy->loop[parameter->item]))
-            break; /* its function is that of the models in which it is on */
-        copy->loop[parameter->item].curve = curve_at(values);
-        copy->driven = true;
+        put_loop_curve(copy, &copy->loop[parameter->item], curve_at(values));
         break;
     case KT_PARAMETER_LOOP_PLACE:
         kt_loop_end_pose_put(copy, parameter->item, values);
@@ -547,27 +552,49 @@ static kt_parameter parameter_in(const kt_model *from, const kt_parameter *param
     kt_parameter there = *parameter;
     if (parameter->kind < KT_PARAMETER_EFFECT || parameter->kind > KT_PARAMETER_EFFECT_VALUE)
         return there;
-    const int32_t source = from->effect[parameter->item].source;
     for (size_t i = 0; i < to->n.effect + to->n.effect_off; i++)
-        if (to->effect[i].source == source)
+        if (to->effect[i].source == from->effect[parameter->item].source)
             there.item = (int)i;
     return there;
+}
+
+/* Writes numbers, or functions of time if `curves` is given, to the copy and all its variants. */
+static void put_in_variants(kt_model *copy, const kt_parameter *parameter, const double *values,
+                            const kt_curve *curves) {
+    const uint64_t count = copy->variants ? kt_variants_count(copy->variants) : 1;
+    for (uint64_t k = 0; k < count; k++) {
+        kt_model *model = copy->variants ? kt_variants_model(copy->variants, k) : copy;
+        const kt_parameter there = parameter_in(copy, parameter, model);
+        if (curves == NULL)
+            kt_parameter_put(model, &there, values);
+        else if (parameter->kind == KT_PARAMETER_LOOP_CURVE)
+            put_loop_curve(model, &model->loop[there.item], *curves);
+        else
+            memcpy(model->effect[there.item].curve, curves, 3 * sizeof *curves);
+        model->revision++;
+    }
 }
 
 kt_status kt_parameter_set(kt_model *copy, const kt_parameter *parameter, const double *values, kt_error *error) {
     if (KT_IS_MISSING(error, copy, parameter, values))
         return KT_ERROR_ARGUMENT;
     const kt_status status = check_parameter(copy, parameter, values, error);
-    if (status != KT_OK)
-        return status;
-    if (!copy->variants) {
-        kt_parameter_put(copy, parameter, values);
-        return KT_OK;
-    }
-    for (uint64_t k = 0; k < kt_variants_count(copy->variants); k++) {
-        kt_model *model = kt_variants_model(copy->variants, k);
-        const kt_parameter there = parameter_in(copy, parameter, model);
-        kt_parameter_put(model, &there, values);
-    }
-    return KT_OK;
+    if (status == KT_OK)
+        put_in_variants(copy, parameter, values, NULL);
+    return status;
+}
+
+void kt_curves_save(const kt_model *model, kt_curve *curves) {
+    for (kt_parameter of = {.kind = KT_PARAMETER_LOOP_CURVE}; of.item < (int)model->n.loop; of.item++)
+        *curves++ = model_with(model, &of)->loop[of.item].curve;
+    for (size_t i = 0; i < model->n.effect + model->n.effect_off; i++, curves += 3)
+        memcpy(curves, model->effect[i].curve, sizeof model->effect[i].curve);
+}
+
+void kt_curves_restore(kt_model *copy, const kt_parameter *parameter, const kt_curve *curves) {
+    const size_t item = (size_t)parameter->item;
+    if (parameter->kind == KT_PARAMETER_LOOP_CURVE)
+        put_in_variants(copy, parameter, NULL, curves + item);
+    if (parameter->kind == KT_PARAMETER_EFFECT_CURVE || parameter->kind == KT_PARAMETER_EFFECT_VALUE)
+        put_in_variants(copy, parameter, NULL, curves + copy->n.loop + 3 * item);
 }

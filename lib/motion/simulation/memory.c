@@ -3,6 +3,7 @@
 #include "base/copy.h"
 #include "base/options.h"
 #include "base/where.h"
+#include "compile/compile.h"
 #include "contact/moreau.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"
@@ -204,6 +205,7 @@ static void measure_simulation(const kt_model *model, const kt_simulation_reques
     size->panel = size->integrates_works && !(settings->run.step > 0.0);
     size->body = (size_t)kt_model_body_count(model);
     size->gap = kt_gap_list(model, NULL);
+    size->curve = kt_curve_count(model);
     size->event = settings->options.events > 0 ? (size_t)settings->options.events : 0;
     size->event += contacts;
     size->contacts = contacts;

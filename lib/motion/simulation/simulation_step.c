@@ -2,6 +2,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "base/where.h"
+#include "compile/compile.h"
 #include "dynamics/dynamics.h"
 #include "integrator/integrator.h"
 #include "simulation/response.h"
@@ -315,19 +316,23 @@ typedef struct instant_change {
 } instant_change;
 
 /* Undoes the first `count` parameters, the last parameter first, since each parameter was valid together with earlier
- * ones. */
-static void undo_parameters(kt_model *model, kt_parameter_change *changes, int count) {
+ * ones. Numbers do not describe functions of time, which are written back as they were. */
+static void undo_parameters(kt_model *model, kt_parameter_change *changes, int count, const kt_curve *curves) {
     for (int i = count - 1; i >= 0; i--) {
         double values[KT_PARAMETER_MAX];
         if (kt_parameter_get(model, &changes[i].parameter, values, NULL) == KT_OK)
             (void)!kt_parameter_set(model, &changes[i].parameter, changes[i].values, NULL);
         memcpy(changes[i].values, values, (size_t)changes[i].parameter.count * sizeof *values);
     }
+    for (int i = 0; i < count; i++)
+        kt_curves_restore(model, &changes[i].parameter, curves);
 }
 
 /* Sets the parameters, and returns their previous numbers in `parameters`. */
-static kt_status exchange_parameters(const instant_change *change, kt_error *error) {
+static kt_status exchange_parameters(const instant_change *change, kt_curve *curves, kt_error *error) {
     kt_status status = KT_OK;
+    if (change->count > 0)
+        kt_curves_save(change->model, curves);
     for (int i = 0; status == KT_OK && i < change->count; i++) {
         kt_parameter_change *one = &change->parameters[i];
         double values[KT_PARAMETER_MAX];
@@ -337,7 +342,7 @@ static kt_status exchange_parameters(const instant_change *change, kt_error *err
         if (status == KT_OK)
             memcpy(one->values, values, (size_t)one->parameter.count * sizeof *values);
         else
-            undo_parameters(change->model, change->parameters, i);
+            undo_parameters(change->model, change->parameters, i, curves);
     }
     return status;
 }
@@ -373,11 +378,11 @@ static kt_status jump(kt_simulation *simulation, const instant_change *change, k
     kt_simulation_begin_change(simulation);
     status = kt_simulation_begin_jump(simulation, false, &before, error);
     if (status == KT_OK)
-        status = exchange_parameters(change, error);
+        status = exchange_parameters(change, simulation->curve, error);
     if (status == KT_OK) {
         status = move_to_change(simulation, change, &before, error);
         if (status != KT_OK)
-            undo_parameters(change->model, change->parameters, change->count);
+            undo_parameters(change->model, change->parameters, change->count, simulation->curve);
     }
     return kt_simulation_end_change(simulation, status);
 }

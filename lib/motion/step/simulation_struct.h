@@ -56,6 +56,7 @@ struct kt_newton_matrices;
     X(kt_wrench, reaction, size->reaction, "of a record, in joints")                                                   \
     X(kt_wrench, loop_reaction, size->loop_reaction, "of a record, in loops")                                          \
     X(double, multiplier, size->multiplier, "of a record, of all equations")                                           \
+    X(kt_curve, curve, size->curve, "functions of time of the model before a change")                                  \
     X(int, quaternion, size->quaternion, "where in q each quaternion begins")                                          \
     KT_SIMULATION_STATICS(X)                                                                                           \
     KT_SIMULATION_CONTACTS(X)                                                                                          \
@@ -79,6 +80,7 @@ struct kt_simulation_sizes {
     size_t ranks;
     size_t balanced; /* n if coordinates move no mass, so that their forces are balanced in every state; else 0 */
     size_t body, reaction, loop_reaction, multiplier, quaternion, data, integrator;
+    size_t curve; /* functions of time of the model */
     size_t parts; /* bytes of the parts' own memory */
     size_t panel; /* 1 if a balance is computed with adaptive steps, else 0 */
     size_t free, states, basis, along, turning, vectors, stiffness_work; /* 0 except with an implicit method */

@@ -7,6 +7,7 @@
 #include "kinetree/mechanism.h"
 #include "kinetree/scene.h"
 #include "kinetree/simulation.h"
+#include "model/model.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -279,6 +280,31 @@ KT_TEST(a_simulation_goes_on_with_what_is_set) {
 }
 
 /* A motion that was compiled at rest drives once it is set to move: its work done is the growth of the energy. */
+/* The drive is a polynomial, or constant. The mass below zero is rejected when the other parameter has been set. */
+KT_TEST(a_failed_change_leaves_every_bit_of_the_model) {
+    static const trial rests = {"loop drive.position", 7, "60 deg", 0, {0}};
+    for (int k = 0; k < 2 * TRIALS; k++) {
+        const trial *t = &trials[k / 2];
+        kt_model *copy = copy_of(compile(k % 2 ? &rests : NULL, KT_PLAN_AUTO));
+        const size_t size = kt_model_size(copy);
+        const uint64_t revision = copy->revision;
+        char *before = malloc(size);
+        kt_test_own(before, free);
+        kt_simulation *simulation = kt_test_simulation(copy, NULL, NULL);
+        kt_parameter_change changes[2] = {{.values = {0.0}}, {.values = {-1.0}}};
+        kt_error e;
+        memcpy(changes[0].values, t->values, sizeof t->values);
+        memcpy(before, copy, size);
+        kt_need_fine(t->name, kt_parameter_find(copy, t->name, &changes[0].parameter, &e), &e);
+        kt_need_fine("mass", kt_parameter_find(copy, "ram.mass", &changes[1].parameter, &e), &e);
+        kt_check_equal_int(t->name, kt_simulation_change(simulation, copy, changes, 2, NULL, &e), KT_ERROR_MODEL);
+        kt_check_true("it has been set", copy->revision > revision);
+        copy->revision = revision;
+        kt_check_true("the model is as it was", memcmp(before, copy, size) == 0);
+        kt_check_true("so are the numbers", memcmp(changes[0].values, t->values, sizeof t->values) == 0);
+    }
+}
+
 KT_TEST(a_loop_at_rest_that_is_set_to_move_supplies_energy) {
     kt_model *model =
                  kt_test_model(&kt_test_scene("kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"

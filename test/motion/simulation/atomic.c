@@ -185,15 +185,6 @@ typedef struct failures {
     int taken, differ, ticks, closings, sticks;
 } failures;
 
-/* The plate rises at 0.06 m/s from the start. */
-static void rise_evenly(kt_model *model) {
-    const double values[KT_PARAMETER_MAX] = {0.0, 0.06};
-    kt_parameter position;
-    kt_error error = {0};
-    kt_need_fine("drive", kt_parameter_find(model, "loop drive.position", &position, &error), &error);
-    kt_need_fine("rise", kt_parameter_set(model, &position, values, &error), &error);
-}
-
 static void compare(scene which, const char *method, double step, bool balanced, int call, failures *f) {
     rig r;
     make_rig(&r, which);
@@ -206,10 +197,6 @@ static void compare(scene which, const char *method, double step, bool balanced,
     kt_model_options settable = kt_model_options_default();
     settable.settable = true;
     kt_model *model = kt_test_model(r.description, &settable), *other = kt_test_model(r.description, &settable);
-    if (which == LIFT && call == CALLS - 1) { /* a ramp cannot be set again */
-        rise_evenly(model);
-        rise_evenly(other);
-    }
     kt_simulation *a = kt_test_simulation(model, &run, &options);
     kt_simulation *b = kt_test_simulation(other, &run, &options);
     kt_error error = {0};
