@@ -10,6 +10,7 @@
 #include "contact/contact.h"
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"
+#include "simulation/event_root.h"
 #include "simulation/response.h"
 #include "simulation/simulation.h"
 
@@ -70,13 +71,31 @@ static double time_of_forces(const kt_simulation *simulation, double t) {
                                                 : t;
 }
 
-/* Computes the reactions. If forces jump, reactions of hard contacts belong to the step that ends at the jump. */
+/* Whether contacts change at t, up to rounding, which is the end of the last step, and their events have not taken
+ * effect. */
+static bool changes_contacts(const kt_simulation *simulation, double t) {
+    const double end = kt_integrator_time(simulation->integrator);
+    bool due = false;
+    for (size_t k = 0; k < kt_simulation_contact_events(simulation); k++)
+        due = due || simulation->event_root[k].due;
+    return due && simulation->memory.fires && end - t <= kt_event_least_width(simulation, end);
+}
+
+/* The time of the reactions of a record at t. If forces jump, reactions of hard contacts belong to the step that ends
+ * at the jump: they have the limit of the forces from the left. Contacts may change because of such a jump, which is no
+ * breakpoint of fixed steps. */
+static double time_of_reactions(const kt_simulation *simulation, double t) {
+    if (simulation->contacts == NULL || kt_simulation_is_stepped(simulation))
+        return time_of_forces(simulation, t);
+    const double before = t - 2.0 * kt_event_least_width(simulation, t);
+    return changes_contacts(simulation, t) ? before : kt_simulation_time_inside(simulation, t);
+}
+
+/* Computes the reactions. */
 static kt_status react(kt_simulation *simulation, const kt_record *record, kt_error *error) {
     const bool reported = (simulation->records.bits & KT_RECORD_REACTIONS) != 0;
-    double t = time_of_forces(simulation, record->t);
-    if (simulation->contacts != NULL && !kt_simulation_is_stepped(simulation))
-        t = kt_simulation_time_inside(simulation, t);
-    kt_status status = kt_simulation_react(simulation, t, simulation->y, reported, error);
+    kt_status status =
+        kt_simulation_react(simulation, time_of_reactions(simulation, record->t), simulation->y, reported, error);
     if (status == KT_OK && kt_simulation_is_stepped(simulation))
         status = kt_simulation_date_masses(simulation, record->t, error);
     kt_hook_of_check_record *const *hook = simulation->phases.check_record;
