@@ -144,20 +144,20 @@ kt_try_result kt_newton_refresh(kt_integrator *it, kt_try *result) {
     kt_newton_work *w = kt_newton_of(it);
     if (w->is_of_now)
         return KT_TRY_PASSED;
-    it->jacobian_known = false;
+    it->jacobian_known = false; /* the matrix of the history is overwritten */
     const kt_try_result found = compute_jacobian(it, it->memory.t, it->y, 0, result);
     if (found == KT_TRY_STOPPED)
         return found;
-    result->result = KT_TRY_PASSED;
-    if (found != KT_TRY_PASSED && (int)w->now.state != KT_JACOBIAN_NONE) /* go on with the old one */
-        return w->is_in_memory && it->options.newton != NULL ? KT_TRY_PASSED
-                                                             : recompute(it, it->options.newton == NULL, result);
-    w->now = (kt_newton_memory){.state = found == KT_TRY_PASSED ? KT_JACOBIAN_KNOWN : KT_JACOBIAN_ZERO,
-                                .wanted = 1.0,
-                                .time = it->memory.t,
-                                .ratio = w->now.ratio};
+    result->result = KT_TRY_PASSED; /* an old J, or J = 0, may suffice */
+    if (found != KT_TRY_PASSED && (int)w->now.state != KT_JACOBIAN_NONE) {
+        /* Differences have overwritten the old J. A Jacobian of the caller's leaves it if it fails. */
+        const bool is_left = w->is_in_memory && it->options.newton != NULL;
+        return is_left ? KT_TRY_PASSED : recompute(it, it->options.newton == NULL, result);
+    }
+    w->now.state = found == KT_TRY_PASSED ? KT_JACOBIAN_KNOWN : KT_JACOBIAN_ZERO;
+    w->now.time = it->memory.t;
+    w->now.step = w->factored = 0.0; /* sigma - J has no factors yet */
     w->is_of_now = w->is_in_memory = true;
-    w->factored = 0.0;
     return KT_TRY_PASSED;
 }
 
@@ -201,7 +201,7 @@ kt_try_result kt_newton_prepare(kt_integrator *it, bool rejected, kt_try *result
     w->is_in_memory = it->jacobian_known;
     w->factored = it->jacobian_known && it->factors_known ? w->now.step : 0.0;
     set_scales(it);
-    if ((int)w->now.state == KT_JACOBIAN_NONE || w->now.wanted > 0.0)
+    if ((int)w->now.state == KT_JACOBIAN_NONE || w->now.requested > 0.0)
         return kt_newton_refresh(it, result);
     return it->jacobian_known ? KT_TRY_PASSED : recompute(it, false, result);
 }
@@ -534,9 +534,11 @@ kt_try_result kt_newton_retry(kt_integrator *it, kt_try *result) {
 
 /* ---- after a step ------------------------------------------------------------------------------------------------ */
 
+/* The next step computes J at its start if corrections shrink slowly with the present J, or not at all without damping.
+ * If J = 0 because none could be computed, the next step tries again. */
 void kt_newton_accept(kt_integrator *it) {
     kt_newton_work *w = kt_newton_of(it);
-    w->now.wanted = w->rate > KT_SLOW_RATE || w->damped || kt_newton_is_zero(w) ? 1.0 : 0.0;
+    w->now.requested = w->rate > KT_SLOW_RATE || w->damped || kt_newton_is_zero(w) ? 1.0 : 0.0;
     if (!isfinite(w->now.ratio))
         w->now.ratio = 1.0;
     memcpy(it->history, &w->now, sizeof w->now);
@@ -548,7 +550,7 @@ void kt_newton_accept(kt_integrator *it) {
 
 void kt_newton_request_jacobian(kt_integrator *it) {
     kt_newton_memory *m = (kt_newton_memory *)(void *)it->history;
-    m->wanted = 1.0;
+    m->requested = 1.0;
 }
 
 void kt_newton_renew(kt_integrator *it) {

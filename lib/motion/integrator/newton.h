@@ -30,11 +30,11 @@ typedef enum kt_jacobian_state {
 
 /* The numbers that determine the next step besides the state: the first part of an implicit method's history. */
 typedef struct kt_newton_memory {
-    double state;  /* a kt_jacobian_state */
-    double wanted; /* 1: the next step begins with a new Jacobian */
-    double time;   /* t_J */
-    double step;   /* h for which sigma - J was factored; 0: for none */
-    double ratio;  /* theta / (1 - theta) of the last iteration: the error left over the last correction */
+    double state;     /* a kt_jacobian_state */
+    double requested; /* 1: the next step computes J at its start, instead of using the J of earlier steps */
+    double time;      /* t_J */
+    double step;      /* h for which sigma - J was factored; 0: for none */
+    double ratio;     /* theta / (1 - theta) of the last iteration: the error left over the last correction */
 } kt_newton_memory;
 
 /* Ranges of these numbers, as entries of a list of kt_history_word. */
@@ -99,7 +99,8 @@ void kt_newton_measure(kt_integrator_sizes *sizes, size_t rows, size_t history);
  * or a try with an old J was rejected. Requires f(t, y) in slot 0. */
 kt_try_result kt_newton_prepare(kt_integrator *it, bool rejected, kt_try *result);
 
-/* Computes J at the start of this step, unless the J in use already is that. */
+/* Computes J at the start of this step, unless the J in use already is that. If J cannot be computed, the J of earlier
+ * steps remains in use; without such a J, J = 0. */
 kt_try_result kt_newton_refresh(kt_integrator *it, kt_try *result);
 
 /* Factors sigma - J for the step h, unless the factors are in memory. sigma is real / h, and also pair / h unless

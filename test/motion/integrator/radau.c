@@ -216,8 +216,8 @@ KT_TEST(a_stop_of_any_part_of_the_solution_stops_the_step_and_changes_nothing) {
             integrator_step(it, 2.0);
             integrator_step(other, 2.0);
         }
-        it->history[offsetof(kt_newton_memory, wanted) / sizeof(double)] = 1.0; /* requests a Jacobian */
-        other->history[offsetof(kt_newton_memory, wanted) / sizeof(double)] = 1.0;
+        it->history[offsetof(kt_newton_memory, requested) / sizeof(double)] = 1.0;
+        other->history[offsetof(kt_newton_memory, requested) / sizeof(double)] = 1.0;
         if (part == 0)
             s.fail_from = s.jacobians + 1, s.fail_to = s.jacobians + 1, s.code = -4;
         *(part == 1 ? &s.factor_code : &s.solve_code) = part == 0 ? 0 : -4;
