@@ -25,12 +25,12 @@ int kt_keep_check(const char *path) {
 }
 
 int kt_hdf5_write(const char *path, FILE *file, const kt_keep_words *words) {
-    int (*write)(const char *path, FILE *file, const kt_keep_words *words);
+    int (*write)(const char *path, FILE *file, const kt_keep_words *words) = NULL;
     return find_in_hdf5_module(path, "kt_hdf5_write", &write, sizeof write) < 0 ? write(path, file, words) : -1;
 }
 
 int kt_hdf5_read(const char *path, kt_table *table) {
-    int (*read)(const char *path, kt_table *table);
+    int (*read)(const char *path, kt_table *table) = NULL;
     const int code = find_in_hdf5_module(path, "kt_hdf5_read", &read, sizeof read);
     return code < 0 ? read(path, table) : code;
 }

@@ -177,19 +177,28 @@ static double torsion_of(kt_sdf *m, const kt_element *collision, const kt_elemen
     return 0.0;
 }
 
+/* The friction of the first and of the second direction: of `ode`, or else of `bullet`. */
+static void read_friction(kt_sdf *m, const kt_element *friction, double mu[2]) {
+    const kt_element *ode = friction != NULL ? kt_xml_child(friction, "ode") : NULL;
+    const kt_element *bullet = friction != NULL ? kt_xml_child(friction, "bullet") : NULL;
+    const bool is_ode = bullet == NULL || (ode != NULL && kt_xml_child(ode, "mu") != NULL);
+    mu[0] = kt_sdf_number(m, is_ode ? ode : bullet, is_ode ? "mu" : "friction", KT_FRICTION_STANDARD);
+    mu[1] = kt_sdf_number(m, is_ode ? ode : bullet, is_ode ? "mu2" : "friction2", mu[0]);
+}
+
 static void add_sdf_contact(kt_sdf *m, const kt_sdf_link *link, const kt_element *e) {
     const kt_element *geometry = kt_xml_child(e, "geometry"), *surface = kt_xml_child(e, "surface");
     const kt_element *friction = surface != NULL ? kt_xml_child(surface, "friction") : NULL;
-    const kt_element *ode = friction != NULL ? kt_xml_child(friction, "ode") : NULL;
     kt_collision item = {.element = e, .body = link->index, .friction = KT_FRICTION_STANDARD};
     if (m->source->options->contacts && geometry != NULL) {
         item.mask = collision_mask_of(m, surface != NULL ? kt_xml_child(surface, "contact") : NULL);
         item.pose = kt_sdf_pose_within(m, e, link->frame);
-        const double mu = kt_sdf_number(m, ode, "mu", KT_FRICTION_STANDARD), mu2 = kt_sdf_number(m, ode, "mu2", mu);
+        double mu[2];
+        read_friction(m, friction, mu);
         const double drake = kt_friction_of_drake(&m->collisions, e);
-        item.friction = drake >= 0.0 ? drake : mu;
+        item.friction = drake >= 0.0 ? drake : mu[0];
         item.torsion = torsion_of(m, e, friction);
-        if (drake < 0.0 && mu2 != mu)
+        if (drake < 0.0 && mu[1] != mu[0])
             kt_left_count(&m->collisions.directional, e);
         set_geometry(m, geometry, &item);
     }

@@ -49,6 +49,7 @@ static int count_contacts(const kt_scene *scene) {
                                                           surface) "</model></world></sdf>"
 #define SURFACE(contact, mu)                                                                                           \
     "<surface><contact>" contact "</contact><friction><ode><mu>" mu "</mu></ode></friction></surface>"
+#define BULLET(mu, rest) "<surface><friction><bullet><friction>" mu "</friction></bullet>" rest "</friction></surface>"
 #define SPHERE "<sphere><radius>.3</radius></sphere>"
 
 KT_TEST(collisions_touch_planes_with_the_smaller_friction) {
@@ -74,6 +75,8 @@ KT_TEST(collisions_touch_planes_with_the_smaller_friction) {
         {URDF(BOX, ""), &on_plane, 0, 0.0}, /* no plane, and it does not move */
         {SDF_WORLD(SDF_LINK(SPHERE, ""), "0 0 1", SURFACE("", "0.3")), &on_plane, 1, 0.3},
         {SDF_WORLD(SDF_LINK(SPHERE, SURFACE("", "0.2")), "0 0 1", SURFACE("", "50")), &on_plane, 1, 0.2},
+        {SDF_WORLD(SDF_LINK(SPHERE, BULLET("0.15", "")), "0 0 1", SURFACE("", "0.2")), &on_plane, 1, 0.15},
+        {SDF_WORLD(SDF_LINK(SPHERE, BULLET("0.15", "<ode><mu>0.3</mu></ode>")), "0 0 1", ""), &on_plane, 1, 0.3},
         {SDF_WORLD(SDF_LINK(SPHERE, SURFACE("<collide_bitmask>0x02</collide_bitmask>", "1")), "0 0 1",
                    SURFACE("<collide_bitmask>0x05</collide_bitmask>", "1")),
          &on_plane, 0, 0.0},
