@@ -29,6 +29,7 @@
 #include "kinetree/loop.h"
 #include "linear/cholesky.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -158,12 +159,14 @@ static bool fill_residuals(const repair *u, const double *q, double *a, double *
 }
 
 /* Turns the n columns of x (each of m numbers) until they are orthogonal: x <- x V. The columns are then in order of
- * their lengths, which are stored in size. Source: one-sided Jacobi iteration [Hestenes 1958]. */
+ * their lengths, which are stored in size. A column that has become rounding counts as zero: further turns would only
+ * shrink it, down to denormal numbers, without an end. Source: one-sided Jacobi iteration [Hestenes 1958]. */
 static void orthogonalise(double *x, int m, int n, double *v, double *size) {
     enum { SWEEPS = 40 };
     memset(v, 0, (size_t)n * (size_t)n * sizeof *v);
     for (int i = 0; i < n; i++)
         v[i * (n + 1)] = 1.0;
+    const double zero = DBL_EPSILON * DBL_EPSILON * kt_dense_dot(x, x, m * n);
     bool turned_any = true;
     for (int sweep = 0; sweep < SWEEPS && turned_any; sweep++) {
         turned_any = false;
@@ -171,7 +174,7 @@ static void orthogonalise(double *x, int m, int n, double *v, double *size) {
             for (int j = i + 1; j < n; j++) {
                 double *a = x + i * m, *b = x + j * m, *va = v + i * n, *vb = v + j * n;
                 const double aa = kt_dense_dot(a, a, m), bb = kt_dense_dot(b, b, m), ab = kt_dense_dot(a, b, m);
-                if (fabs(ab) <= 1e-15 * sqrt(aa * bb) && aa >= bb)
+                if (bb <= zero || (fabs(ab) <= 1e-15 * sqrt(aa * bb) && aa >= bb))
                     continue;
                 turned_any = true;
                 const double angle = 0.5 * atan2(2.0 * ab, aa - bb), c = cos(angle), s = sin(angle);
@@ -404,8 +407,8 @@ static bool find_start(const repair *u, const double *base, double *q) {
     return best > 10.0 * NO_DIRECTION;
 }
 
-/* Follows the motion from q, in one sense, and collects up to `most` positions as generic positions. Continues until a
- * direction vanishes, and leaves this position in q. Returns whether a direction is lost. */
+/* Follows the motion from q, in one sense. Collects generic positions until there are `most`. With most = 0, continues
+ * until a direction vanishes, and leaves this position in q. Returns whether a direction is lost. */
 static bool follow_repaired_motion(repair *u, double sense, int most, double *q) {
     double usual = 0.0, *before = u->before;
     for (int step = 0; step < STEPS; step++) {
@@ -417,6 +420,8 @@ static bool follow_repaired_motion(repair *u, double sense, int most, double *q)
             return find_flat(u, q);
         if (u->generic < most && here > 0.3 * usual)
             memcpy(u->q + (size_t)u->generic++ * u->model->n.q, q, u->model->n.q * sizeof *q);
+        if (most > 0 && u->generic == most)
+            return false;
         const double sign = step == 0 ? sense : kt_dense_dot(before, motion, u->m) > 0.0 ? 1.0 : -1.0;
         for (int c = 0; c < u->m; c++) {
             before[c] = sign * motion[c];
