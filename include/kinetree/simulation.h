@@ -433,8 +433,7 @@ typedef struct kt_contact_counts {
     uint64_t shared;      /* contacts wedged a body: normal forces were not unique, and the least ones were taken */
     uint64_t unconverged; /* evaluations in which the direction of slow slip was not found, including those for records
                              and error estimates. Friction acted against the present slip */
-    uint64_t pivots;      /* of complementarity problems: at most 50 for each contact that touches. With friction of
-                             contacts: steps of Newton's method */
+    uint64_t pivots;      /* steps of Newton's method in complementarity problems */
     uint64_t jammed;      /* no acceleration obeys Coulomb's law here or near: an impulse stops the slip */
     double dissipated;    /* by impacts, J, with the kinetic energy of bounces and slip that a contact holds at rest; in
                              time stepping by all impulses */

@@ -76,7 +76,7 @@ CODE = [
     ("see", "sync", ()),
     ("told", "known, reported", ("apps/embed/identify_arm.c",)),
     ("carry", "parent_coupling, propagate", ("lib/mechanics/constraint/planar_gradient.c", "lib/mechanics/dynamics/body_frames.c", "lib/mechanics/dynamics/total.c")),
-    ("solved", "has_special_form", ("lib/math/cone/lemke.h", "lib/study/analysis/floquet.c", "lib/study/compare/dae")),
+    ("solved", "has_special_form", ("lib/study/analysis/floquet.c", "lib/study/compare/dae")),
     ("spread", "expand_basis", ("lib/files/robot/sdf_tree.c", "lib/motion/batch/lanes.c", "lib/study/compare/", "include/kinetree/study.h", "apps/")),
     ("passed", "delayed", ("lib/motion/integrator/step.c",)),
     ("go", "line_search", ("apps/kinetree/sweep/ranks.c",)),

@@ -161,6 +161,14 @@ static void find_modes(const kt_coulomb *c, kt_coulomb_solution *to) {
     }
 }
 
+/* Whether the motion depends on the distribution of forces, since contacts have friction. */
+static bool has_friction(const kt_coulomb *c) {
+    bool any = false;
+    for (int i = 0; i < c->n; i++)
+        any = any || c->item[i].type == KT_COULOMB_CONE || c->item[i].type == KT_COULOMB_SLIPS;
+    return any;
+}
+
 /* ---- one start --------------------------------------------------------------------------------------------------- */
 
 /* Refines the directions of slip by one more Newton step. Slip that just begins is slow: the cone solver finds its
@@ -190,6 +198,8 @@ static bool solve_from(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
     scatter_rows(c, solver->x, to->p);
     to->shares = false;
     find_modes(c, to);
+    if (!has_friction(c))
+        kt_coulomb_find_vertex(c, to);
     kt_coulomb_copy(c, to, solver->best);
     if (kt_coulomb_is_unique(c, solver->best) && polish(c, solver->best))
         kt_coulomb_copy(c, solver->best, to);
@@ -427,6 +437,11 @@ bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent
     assert(c->n >= 0 && c->rows >= c->n && (c->n == 0 || c->W != NULL || c->entry != NULL));
     assert(solution != solver->other && solution != solver->next && solution != solver->best);
     solution->count = solver->other->count = 0;
+    if (!has_friction(c)) {
+        start_from_zero(c, solver);
+        solution->count = 1;
+        return solve_from(c, solver, solution, steps) || solve_loosely(c, solver, solution, steps);
+    }
     if (kt_coulomb_find_rest(c, solution, false)) {
         solution->count = 1;
         return true;

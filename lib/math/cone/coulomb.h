@@ -18,7 +18,8 @@
  * If forces exist with which all items rest, the items rest with the least such forces (coulomb_rest.c). If normal rows
  * of closed contacts depend on each other, rest is also preferred while other contacts slip in given directions.
  * Otherwise contacts are opened until the remaining rows are independent. Tangential forces that are not unique are the
- * least ones.
+ * least ones. Without friction of contacts, forces that are not unique do not change the motion. They become a vertex
+ * of the set of all such forces, so that redundant contacts are open, and redundant dry friction is at its limit.
  *
  * Matrices have room for `most` items. If a problem has more, the cone solver takes a working set of these
  * (cone_members.c), and only combinations of modes with at most so many closed items are made exact. W need not be
@@ -215,6 +216,9 @@ bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to);
 int kt_coulomb_held_rows(const kt_coulomb *c, const kt_coulomb_solution *to, int i, bool slip);
 /* Whether rows at which contacts rest or slide depend on each other, so that their forces are not unique. */
 bool kt_coulomb_shares(const kt_coulomb *c, const kt_coulomb_solution *to);
+/* Moves the forces of a solution without friction of contacts to a vertex of all forces with this motion: items reach
+ * bounds until the rows of the others are independent. */
+void kt_coulomb_find_vertex(const kt_coulomb *c, kt_coulomb_solution *to);
 /* Whether the first rows of item i depend on rows that other items hold, so that item i need not hold these rows. rows:
  * 1 for the normal row, 3 with the tangential ones. Other items hold their normal rows if they press, and their
  * tangential rows if they stick. With `slip`, tangential rows of contacts that slip count, too. */
@@ -233,6 +237,11 @@ bool kt_coulomb_iterate_modes(const kt_coulomb *c, kt_coulomb_solution *to);
 /* One step of this iteration, without a check. */
 void kt_coulomb_polish(const kt_coulomb *c, kt_coulomb_solution *to);
 
+static inline void kt_coulomb_swap(double *a, double *b) {
+    const double other = *a;
+    *a = *b;
+    *b = other;
+}
 /* Row k of a matrix with so many columns. */
 static inline double *kt_coulomb_matrix_row(double *matrix, int k, int columns) {
     return matrix + (ptrdiff_t)k * columns;

@@ -250,16 +250,11 @@ static void swap_pivot(kt_coulomb_system *s, int r) {
             }
     }
     double *to = kt_coulomb_matrix_row(s->A, r, s->width), *from = kt_coulomb_matrix_row(s->A, row, s->width);
-    for (int j = 0; j < s->n + s->columns; j++) {
-        const double a = to[j];
-        to[j] = from[j];
-        from[j] = a;
-    }
+    for (int j = 0; j < s->n + s->columns; j++)
+        kt_coulomb_swap(to + j, from + j);
     for (int i = 0; i < s->n; i++) {
         double *A = kt_coulomb_matrix_row(s->A, i, s->width);
-        const double a = A[r];
-        A[r] = A[column];
-        A[column] = a;
+        kt_coulomb_swap(A + r, A + column);
     }
     const int other = s->order[r];
     s->order[r] = s->order[column];
@@ -380,88 +375,6 @@ static void solve_system(const kt_coulomb *c, kt_coulomb_system *s) {
                 scale_of_force(c, s, s->order[i]) * kt_coulomb_matrix_row(s->A, i, s->width)[s->n + m];
     if (rank < s->n)
         reduce_to_least(c, s, rank);
-}
-
-/* The largest remainder of a row is the next pivot. Without this order, rounding of feet that are nearly in line would
- * hide that a further foot depends on them. */
-bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to) {
-    double *left = c->system->A;
-    int n = 0;
-    if (!kt_coulomb_fits(c, to))
-        return false;
-    for (int i = 0; i < c->n; i++)
-        if (c->item[i].type != KT_COULOMB_DRY && kt_coulomb_is_active(to->mode[i]))
-            c->active[n++] = c->item[i].row;
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < n; j++)
-            kt_coulomb_matrix_row(left, i, n)[j] = kt_coulomb_coupling(c, c->active[i], c->active[j]);
-    for (int rank = 0; rank < n; rank++) {
-        int r = 0;
-        for (int i = 0; i < n; i++)
-            r = left[i * n + i] > left[r * n + r] ? i : r;
-        const double *row = kt_coulomb_matrix_row(left, r, n), pivot = row[r];
-        if (!(pivot > 1e-11))
-            return false;
-        for (int i = 0; i < n; i++) {
-            double *other = kt_coulomb_matrix_row(left, i, n);
-            const double factor = other[r] / pivot;
-            for (int j = 0; i != r && j < n; j++)
-                other[j] -= factor * row[j];
-        }
-        left[r * n + r] = 0.0;
-    }
-    return true;
-}
-
-/* Removes from a row the part along n independent rows (c->nonzero), in the metric of W. Returns the square of the
- * remainder relative to the square of the row. A: the rows of the Cholesky factor of the independent rows, to which the
- * row is added. */
-static double add_row(const kt_coulomb *c, int n, int row) {
-    const int width = c->system->width;
-    double *L = kt_coulomb_matrix_row(c->system->A, n, width), left = kt_coulomb_entry(c, row, row);
-    const double square = left;
-    for (int j = 0; j < n; j++) {
-        const double *other = kt_coulomb_matrix_row(c->system->A, j, width);
-        double sum = kt_coulomb_entry(c, row, c->nonzero[j]);
-        for (int k = 0; k < j; k++)
-            sum -= L[k] * other[k];
-        L[j] = sum / other[j];
-        left -= L[j] * L[j];
-    }
-    L[n] = sqrt(fmax(left, 0.0));
-    c->nonzero[n] = row;
-    return left / square;
-}
-
-int kt_coulomb_held_rows(const kt_coulomb *c, const kt_coulomb_solution *to, int i, bool slip) {
-    assert(i >= 0 && i < c->n);
-    const kt_coulomb_type type = c->item[i].type;
-    const bool sticks = to->mode[i] == KT_COULOMB_STICK;
-    if (!kt_coulomb_is_active(to->mode[i]) || (type == KT_COULOMB_DRY && !sticks))
-        return 0;
-    return type == KT_COULOMB_CONE && (sticks || slip) ? 3 : 1;
-}
-
-static const double apart = 1e-9;
-
-bool kt_coulomb_shares(const kt_coulomb *c, const kt_coulomb_solution *to) {
-    int n = 0, all = 0;
-    for (int j = 0; j < c->n; j++)
-        for (int k = 0; k < kt_coulomb_held_rows(c, to, j, false); k++, all++)
-            n += add_row(c, n, kt_coulomb_row_of(&c->item[j], k)) > apart;
-    return n < all;
-}
-
-bool kt_coulomb_is_held(const kt_coulomb *c, const kt_coulomb_solution *to, int i, int rows, bool slip) {
-    assert(i >= 0 && i < c->n && rows >= 0 && rows <= 3);
-    int n = 0;
-    for (int j = 0; j < c->n; j++)
-        for (int k = 0; j != i && k < kt_coulomb_held_rows(c, to, j, slip); k++)
-            n += add_row(c, n, kt_coulomb_row_of(&c->item[j], k)) > apart;
-    for (int k = 0; k < rows; k++)
-        if (add_row(c, n, kt_coulomb_row_of(&c->item[i], k)) > apart)
-            return false;
-    return true;
 }
 
 void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to) {

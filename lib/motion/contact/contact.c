@@ -46,21 +46,13 @@ static void measure_shares(const kt_model *model, kt_contact_sizes *s) {
 
 /* Sizes of the models in which contacts may be closed, and of the solvers. */
 static void measure_solvers(const kt_model *model, kt_contact_sizes *s) {
-    bool rubs = false;
-    for (size_t i = 0; i < model->n.loop; i++)
-        rubs = rubs || model->loop[i].rubs > 0;
     s->whole = least_of(s->most_rows, 3 * s->most);
-    s->lemke = s->most + least_of(s->most_dry, s->most);
-    s->matrices = (s->lemke * s->lemke + kt_lemke_count(s->lemke)) * sizeof(double);
-    if (rubs || s->most_items > s->most) {
-        const size_t matrices = kt_coulomb_matrices_size(s->most_rows, s->most);
-        for (uint64_t k = 0; rubs && k < kt_variants_count(model->variants); k++)
-            measure_shares(kt_variants_model(model->variants, k), s);
-        s->matrices = most_of(s->matrices, most_of(matrices, s->shares));
-        s->problem = kt_coulomb_size(s->most_items, s->most_rows);
-        s->solution = kt_coulomb_solution_size(s->most_items, s->most_rows);
-        s->solver = kt_coulomb_solver_size(s->most_items, s->most_rows, s->most);
-    }
+    for (uint64_t k = 0; k < kt_variants_count(model->variants); k++)
+        measure_shares(kt_variants_model(model->variants, k), s);
+    s->matrices = most_of(kt_coulomb_matrices_size(s->most_rows, s->most), s->shares);
+    s->problem = kt_coulomb_size(s->most_items, s->most_rows);
+    s->solution = kt_coulomb_solution_size(s->most_items, s->most_rows);
+    s->solver = kt_coulomb_solver_size(s->most_items, s->most_rows, s->most);
 }
 
 /* The sizes of all arrays: the largest ones that any variant of the model needs. */
@@ -85,10 +77,8 @@ static kt_contact_sizes contact_sizes_of(const kt_model *model, size_t n) {
     return s;
 }
 
-size_t kt_contacts_most_items(const kt_model *model, bool *has_cone) {
-    const kt_contact_sizes s = contact_sizes_of(model, kt_contacts_of(model));
-    *has_cone = s.solver > 0;
-    return s.most_items;
+size_t kt_contacts_most_items(const kt_model *model) {
+    return contact_sizes_of(model, kt_contacts_of(model)).most_items;
 }
 
 size_t kt_contacts_size(const kt_model *model, size_t n) {
@@ -157,12 +147,8 @@ static void init_solvers(struct kt_contacts *c, const kt_contact_sizes *s) {
     const size_t phase = kt_impact_phase_size(s->most_items, s->most_rows);
     c->compression = kt_impact_phase_init(s->most_items, s->most_rows, c->phase_memory);
     c->phase = kt_impact_phase_init(s->most_items, s->most_rows, c->phase_memory + phase);
-    c->M = (double *)(void *)c->matrices;
-    c->lemke = c->M + s->lemke * s->lemke;
     c->most = (int)s->most;
     c->whole = (int)s->whole;
-    if (s->problem == 0)
-        return;
     c->problem = kt_coulomb_init(s->most_items, s->most_rows, s->most, c->problem_memory, c->matrices);
     c->solution = kt_coulomb_solution_init(s->most_items, s->most_rows, c->solution_memory);
     c->solver = kt_coulomb_solver_init(s->most_items, s->most_rows, s->most, c->solver_memory, c->matrices);

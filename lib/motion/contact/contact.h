@@ -5,7 +5,6 @@
 #define KT_CONTACT_CONTACT_H
 
 #include "cone/coulomb.h"
-#include "cone/lemke.h"
 #include "contact/mask.h"
 #include "evaluate/evaluate.h"
 #include "evaluate/load_friction.h"
@@ -68,12 +67,6 @@ typedef struct kt_contact {
     X(double, L, s->factor, "scratch: Cholesky factor of independent rows, and of a row")                              \
     X(int, independent, s->most_rows, "scratch: these rows")                                                           \
     X(double, e, s->most_items, "restitutions of an impact")                                                           \
-    X(int, active, s->most_items, "rows that can have a reaction")                                                     \
-    X(double, limit, s->most_items, "of friction among these; 0 for contacts")                                         \
-    X(double, slip, s->most_items, "force at which slip of these begins; 0 for contacts")                              \
-    X(double, free, s->most_items, "accelerations of these without all their reactions")                               \
-    X(double, q, s->lemke, "of a linear complementarity problem")                                                      \
-    X(double, z, s->lemke, "likewise, its solution")                                                                   \
     X(char, matrices, s->matrices, "of solvers, which never run at once")                                              \
     X(char, phase_memory, 2 * kt_impact_phase_size(s->most_items, s->most_rows), "phases of an impact")                \
     X(char, problem_memory, s->problem, "a problem with Coulomb's friction")                                           \
@@ -100,14 +93,13 @@ typedef struct kt_contact_island {
 
 typedef struct kt_contact_sizes {
     size_t n, nq, nv, rows, entry, depends, data, inverse, islands;
-    size_t list, W;                         /* rows that may touch, and numbers of W, of all islands */
-    size_t most_items, most_rows, most_dry; /* the most of an island: contacts and dry friction, rows, dry friction */
-    size_t factor;                          /* the most of an island: numbers of L */
-    size_t most;                            /* items that have room in matrices */
-    size_t whole;                           /* W of an island is stored if at most so many rows touch */
-    size_t lemke;                           /* unknowns of a linear complementarity problem */
-    size_t problem, solution, solver;       /* bytes; 0: no contact has friction, and all have room */
-    size_t shares, matrices;                /* bytes */
+    size_t list, W;                   /* rows that may touch, and numbers of W, of all islands */
+    size_t most_items, most_rows;     /* the most of an island: contacts and dry friction, rows */
+    size_t factor;                    /* the most of an island: numbers of L */
+    size_t most;                      /* items that have room in matrices */
+    size_t whole;                     /* W of an island is stored if at most so many rows touch */
+    size_t problem, solution, solver; /* bytes */
+    size_t shares, matrices;          /* bytes */
 } kt_contact_sizes;
 
 /* A phase of an impact (impact.c). The indices are rows of the list, in which normal rows come first. */
@@ -153,10 +145,9 @@ struct kt_contacts {
     const kt_model *all;   /* the model of the equations, in which all contacts are closed */
     kt_data *data;         /* data of `all` */
     kt_impact_phase *compression, *phase;
-    kt_coulomb *problem; /* NULL, like the next two: no contact has friction, and all have room */
+    kt_coulomb *problem;
     kt_coulomb_solution *solution;
     kt_coulomb_solver *solver;
-    double *M, *lemke;      /* in `matrices`: of a linear complementarity problem, and of its solver */
     bool rubs;              /* some contacts have friction */
     double bounded_end;     /* s, the end of the present step before contacts shorten it (bounded_step.c) */
     double window;          /* s, in which impacts accumulate; 0: they do not */
@@ -173,12 +164,6 @@ struct kt_contacts {
     kt_contact_retry retry; /* tries of the present step */
     KT_ARENA_DECLARE(KT_CONTACT_FIELDS)
 };
-
-/* Whether a problem of all that touch is one of Coulomb's friction: of contacts with friction, or of more contacts than
- * Lemke's tableau has room for. */
-static inline bool kt_contacts_have_cones(const struct kt_contacts *c) {
-    return c->touching > c->resting || c->resting > c->most;
-}
 
 /* Gaps up to this part of the contact's unit touch. */
 static const double kt_contact_touching = 1e-11;
@@ -452,7 +437,7 @@ kt_status kt_contacts_reject(kt_simulation *simulation, double t, const char *wh
 /* Solves a phase u + W p of the closing contacts, with friction (friction.c). The tangential impulse p_t lies
  * in Coulomb's cone of the normal impulse, against the slip at the end of the phase. Returns false if there are no such
  * impulses. */
-bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W, kt_impact_phase *phase);
+bool kt_contacts_solve_phase(kt_simulation *simulation, const double *W, kt_impact_phase *phase);
 
 /* Computes the accelerations with all contacts open, to c->a, and the equations at the velocities c->v. */
 KT_CHECKED kt_status kt_contacts_find_free(kt_simulation *simulation, double t, const double *y, kt_error *error);
@@ -527,8 +512,8 @@ KT_CHECKED kt_status kt_contacts_start(kt_simulation *simulation, kt_error *erro
 /* The number of such loops of a model, closed and open. */
 size_t kt_contacts_of(const kt_model *model);
 
-/* The most contacts and dry friction of joints in an island. *has_cone: whether contacts have a cone solver. */
-size_t kt_contacts_most_items(const kt_model *model, bool *has_cone);
+/* The most contacts and dry friction of joints in an island. */
+size_t kt_contacts_most_items(const kt_model *model);
 
 /* Bytes of the memory for n contacts of a model, for all its sets. */
 size_t kt_contacts_size(const kt_model *model, size_t n);

@@ -22,10 +22,8 @@
  *
  *       -S <= lambda <= S,   a = 0 within,   a >= 0 if lambda = -S,   a <= 0 if lambda = S
  *
- * With z1 = lambda + S and z2 = max(-a, 0), these are two more rows, a + z2 >= 0 and 2 S - z1 >= 0.
- *
- * Both are linear complementarity problems with a positive semidefinite matrix (cone/lemke.h). If reactions are not
- * unique (four legs of a table), Lemke's basic solution leaves the redundant contacts open.
+ * One solver serves for both steps (cone/coulomb.h). If reactions without friction of contacts are not unique (four
+ * legs of a table), the redundant contacts stay open.
  *
  * Sources: C. Glocker, Set-Valued Force Laws, 2001; F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral
  * Contacts, 1996.

@@ -71,7 +71,7 @@ static kt_coulomb_item *add_item(kt_coulomb *p, const kt_simulation *simulation,
 
 /* Normal rates of the problem are measured from their bounds, so that p - least is complementary to u - bound. Behind
  * the solution they are absolute again, and exactly the bound where a contact presses. */
-bool kt_contacts_solve_with_friction(kt_simulation *simulation, const double *W, kt_impact_phase *phase) {
+bool kt_contacts_solve_phase(kt_simulation *simulation, const double *W, kt_impact_phase *phase) {
     struct kt_contacts *c = simulation->contacts;
     double size;
     kt_coulomb *p = begin_coulomb(c, W);

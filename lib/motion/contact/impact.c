@@ -60,39 +60,6 @@ static void clear_phase(const struct kt_contacts *c, const double *u, kt_impact_
     kt_copy(phase->u, u, all);
 }
 
-/* Solves a phase u + W p of the normal rows, without friction. */
-static bool solve_frictionless(kt_simulation *simulation, const double *response, kt_impact_phase *phase) {
-    struct kt_contacts *c = simulation->contacts;
-    const int m = c->meeting;
-    double *W = c->M, *q = c->q, *p = c->z;
-    for (int i = 0; i < m; i++) {
-        q[i] = phase->u[i] - phase->bound[i];
-        for (int k = 0; k < m; k++) {
-            W[i * m + k] = kt_contacts_between(c, response, i, k);
-            q[i] += phase->least[k] > 0.0 ? W[i * m + k] * phase->least[k] : 0.0;
-        }
-    }
-    if (!kt_lemke_solve(m, W, q, c->lemke, p, &simulation->memory.contacts.pivots))
-        return false;
-    phase->rows = m;
-    for (int i = 0; i < m; i++) {
-        phase->line[i] = i;
-        phase->p[i] = phase->least[i] + p[i];
-    }
-    for (int i = 0; i < m; i++) {
-        for (int k = 0; k < m; k++)
-            phase->u[i] += W[i * m + k] * phase->p[k];
-        if (p[i] > 0.0)
-            phase->u[i] = phase->bound[i];
-    }
-    return true;
-}
-
-static bool solve_impact(kt_simulation *simulation, const double *W, kt_impact_phase *phase) {
-    const bool rough = kt_contacts_have_cones(simulation->contacts);
-    return (rough ? kt_contacts_solve_with_friction : solve_frictionless)(simulation, W, phase);
-}
-
 double kt_contacts_find_rates(kt_simulation *simulation) {
     struct kt_contacts *c = simulation->contacts;
     double approach = 0.0, size;
@@ -158,7 +125,7 @@ static bool begin_impact(kt_simulation *simulation, const double *W, const doubl
                          kt_impact_phase *compression, double *e) {
     const struct kt_contacts *c = simulation->contacts;
     clear_phase(c, u, compression);
-    if (any_is_poisson(simulation, NULL) && !solve_impact(simulation, W, compression))
+    if (any_is_poisson(simulation, NULL) && !kt_contacts_solve_phase(simulation, W, compression))
         return false;
     if (!any_is_poisson(simulation, compression->p))
         clear_phase(c, u, compression);
@@ -222,7 +189,7 @@ static bool find_impulses(kt_simulation *simulation, bool limits, double *lost) 
     c->phase->rows = 0;
     for (int halving = 0; found; halving++) {
         begin_expansion(simulation, u, e, c->compression, c->phase);
-        found = solve_impact(simulation, W, c->phase);
+        found = kt_contacts_solve_phase(simulation, W, c->phase);
         *lost = found ? loss_of(simulation, u, c->compression, c->phase, &size) : 0.0;
         if (!found || c->strikes || !(*lost < -1e-12 * size) || halving > HALVINGS)
             break;

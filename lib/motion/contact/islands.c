@@ -14,17 +14,16 @@
 #include <assert.h>
 #include <math.h>
 
-/* So many contacts always have room in matrices, and so many if no contact has friction. */
-enum { CONTACT_ROOM = 32, SMOOTH_ROOM = 3 * CONTACT_ROOM };
+/* So many contacts always have room in matrices. */
+enum { CONTACT_ROOM = 32 };
 
 /* How many items have room in matrices, so that memory grows with the number of contacts and not with its square. As
  * many normal rows as degrees of freedom can be independent; dry friction takes part always, and one more contact may
  * be about to close (cone/cone_members.c). */
 static size_t room_for_island(const kt_island *of) {
     const size_t items = (size_t)of->side + (size_t)of->dry, needed = (size_t)of->v_count + (size_t)of->dry + 1;
-    const bool is_smooth = of->rubs == 0 && items <= SMOOTH_ROOM;
     const size_t room = needed > CONTACT_ROOM ? needed : CONTACT_ROOM;
-    return is_smooth || items < room ? items : room;
+    return items < room ? items : room;
 }
 
 /* Rows of an island: one of each item, and one more of a contact's friction. */
@@ -33,13 +32,11 @@ static int rows_of_island(const kt_island *of) { return of->side + of->dry + 2 *
 void kt_contacts_measure_islands(const kt_model *model, kt_contact_sizes *s) {
     for (size_t i = 0; i < model->n.island; i++) {
         const kt_island *of = &model->island[i];
-        const size_t items = (size_t)of->side + (size_t)of->dry, rows = (size_t)rows_of_island(of),
-                     dry = (size_t)of->dry;
+        const size_t items = (size_t)of->side + (size_t)of->dry, rows = (size_t)rows_of_island(of);
         const size_t room = room_for_island(of), factor = rows * ((size_t)of->v_count + 1);
         s->most = room > s->most ? room : s->most;
         s->most_items = items > s->most_items ? items : s->most_items;
         s->most_rows = rows > s->most_rows ? rows : s->most_rows;
-        s->most_dry = dry > s->most_dry ? dry : s->most_dry;
         s->factor = factor > s->factor ? factor : s->factor;
     }
     s->islands = model->n.island > s->islands ? model->n.island : s->islands;

@@ -69,15 +69,10 @@ enum { ROUNDS = 6 };
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-/* Bytes of a cone solver and its matrices. */
-static size_t cone_size(int items) { return kt_cone_size(items, items) + kt_cone_matrices_size(items); }
-
-/* Sizes that suffice for all variants of a model. The cone solver of a problem with friction serves, too, if there is
- * one (has_cone). */
+/* Sizes that suffice for all variants of a model. */
 static kt_moreau_sizes sizes_of_moreau(const kt_model *model, size_t n) {
     kt_moreau_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .n_contacts = kt_contacts_of(model)};
     size_t rubs = 0;
-    bool has_cone = false;
     for (size_t i = 0; i < model->n.loop; i++)
         rubs += model->loop[i].rubs > 0;
     for (uint64_t k = 0; k < kt_variants_count(model->variants); k++) {
@@ -88,8 +83,7 @@ static kt_moreau_sizes sizes_of_moreau(const kt_model *model, size_t n) {
     s.x = model->n.x;
     s.items = s.n_contacts - rubs;
     s.list = s.n_contacts + rubs;
-    s.most = kt_contacts_most_items(model, &has_cone);
-    s.cone = has_cone ? 0 : cone_size((int)s.most);
+    s.most = kt_contacts_most_items(model);
     s.body = model->n.body;
     s.loop = model->n.loop;
     return s;
@@ -106,9 +100,7 @@ void kt_moreau_init(kt_simulation *simulation) {
     const kt_moreau_sizes s = sizes_of_moreau(simulation->model, simulation->size.n);
     kt_moreau *m = (kt_moreau *)(void *)simulation->moreau_memory;
     (void)lay_out_moreau(m, &s);
-    const int items = (int)s.most;
-    m->cone = s.cone > 0 ? kt_cone_init(items, items, m->cone_memory, m->cone_memory + kt_cone_size(items, items))
-                         : simulation->contacts->solver->cone;
+    m->cone = simulation->contacts->solver->cone;
     simulation->moreau = m;
     simulation->integrator->leap = simulation->steps_over_contacts ? &kt_moreau_leap : NULL;
 }

@@ -42,14 +42,13 @@ enum { KT_MOREAU_NO_PART = -1, KT_MOREAU_HELD = -2 };
     X(double, p, 3 * s->items, "impulses")                                                                             \
     X(double, column, s->nv, "scratch: of a response")                                                                 \
     X(kt_contact_memory, saved, s->n_contacts, "of contacts before the last step was accepted")                        \
-    X(char, cone_memory, s->cone, "the cone solver, unless struct kt_contacts has one")                                \
     X(double, tau, s->nv, "of a record: torques, and forces of contacts in joints")                                    \
     X(kt_wrench, external, s->body, "of a record: wrenches on bodies, and of contacts")                                \
     X(kt_wrench, loop, s->loop, "of a record: wrenches of contacts, as loops have them")                               \
     X(double, multiplier, s->row, "of a record: of the equations of all contacts")
 
 typedef struct kt_moreau_sizes {
-    size_t n, nq, nv, x, n_contacts, items, list, islands, cone, body, loop, row;
+    size_t n, nq, nv, x, n_contacts, items, list, islands, body, loop, row;
     size_t most; /* items of an island */
 } kt_moreau_sizes;
 

@@ -426,7 +426,7 @@ static void share_load_of_group(struct kt_contacts *c, const kt_model *model, co
         rows += is_loop_at_rest(loop) ? loop->row_count : 0;
     }
     rows = rows + 3 * items < group->row_count ? rows + 3 * items : group->row_count;
-    if (items == 0 || items > c->most || c->problem == NULL)
+    if (items == 0 || items > c->most)
         return;
     kt_statics *statics = kt_statics_init((size_t)rows, (size_t)group->v_count, c->matrices);
     add_statics_items(c, model, group, t, statics);
