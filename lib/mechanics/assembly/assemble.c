@@ -34,8 +34,7 @@
 
 enum { SHORTER_MOST = 12 };
 
-/* The minimised sum contains the changes of start values with a share of 1 / NOT_GIVEN^2. Therefore the closed state
- * differs from the state with the least change of given values by about this share of the change. */
+/* The minimised sum contains the changes of start values with a share of 1 / NOT_GIVEN^2 (move_given_least). */
 #define NOT_GIVEN 30.0
 
 /* The velocities that move only if their group cannot be closed otherwise. */
@@ -157,11 +156,14 @@ typedef struct approach {
     const bool *fixed;
     double *q, *d, *step; /* step: that of the linearised problem, over the weights */
     const double *weight; /* NULL: all are 1 */
+    double *start;        /* changes that do not count, of coordinates that are not given; NULL: all changes count */
 } approach;
 
-/* (q - given) over the weights. */
+/* (q - given - start) over the weights. */
 static void weighted_change(const approach *a, const double *q, double *d) {
     kt_position_subtract(a->model, q, a->given, d);
+    for (size_t k = 0; k < a->model->n.v && a->start; k++)
+        d[k] -= a->start[k];
     for (size_t k = 0; k < a->model->n.v && a->weight; k++)
         d[k] /= a->weight[k];
 }
@@ -247,6 +249,22 @@ static void nearest_on_manifold(const approach *a, double *before) {
     }
 }
 
+/* Moves q, which is closed, to a closed state with the least change of given coordinates. With weights, changes of the
+ * others have a share of 1 / NOT_GIVEN^2 in the sum. Each further search counts these changes from the state before it
+ * (a proximal point), which multiplies their influence by that share. */
+static void move_given_least(approach *a, double *start, double *before) {
+    enum { FURTHER = 2 };
+    nearest_on_manifold(a, before);
+    for (int i = 0; i < FURTHER && a->weight; i++) {
+        kt_position_subtract(a->model, a->q, a->given, start);
+        for (size_t k = 0; k < a->model->n.v; k++)
+            start[k] = a->model->given[k] & KT_POSITION_GIVEN ? 0.0 : start[k];
+        a->start = start;
+        nearest_on_manifold(a, before);
+    }
+    a->start = NULL;
+}
+
 /* The directions of the equations, at the closed state, along which coordinates that are not given can move: how many,
  * and the size of the smallest, over all groups with weights. */
 typedef struct free_directions {
@@ -311,7 +329,7 @@ static kt_status assemble_positions(const kt_model *model, kt_data *data, double
     double gap = kt_assemble_levenberg_marquardt(model, data, t, fixed, KT_SEARCH_STUBBORN, q);
     if (kt_loops_are_closed(model, q, gap, KT_CLOSED_ASSEMBLED)) {
         const free_directions before = a.weight ? find_free_directions(&a) : (free_directions){0, 0.0};
-        nearest_on_manifold(&a, kt_scratch_part(model, data, 2));
+        move_given_least(&a, kt_scratch_part(model, data, 4), kt_scratch_part(model, data, 2));
         if (a.weight && loses_direction(before, find_free_directions(&a))) {
             a.weight = NULL;
             memcpy(q, given, model->n.q * sizeof *q);
@@ -408,6 +426,22 @@ static bool move_around_given(velocity_aim *aim, bool *fixed, double *weight) {
     return true;
 }
 
+/* Closes velocities, with the least change of given ones in groups with weights: the counterpart of move_given_least.
+ * data->moved_v has the given velocities. */
+static bool close_velocities_around_given(velocity_aim *aim, kt_violation *violation, double *speed) {
+    enum { FURTHER = 2 };
+    const kt_model *model = aim->model;
+    const bool *fixed = aim->data->fixed;
+    bool finite = close_initial_velocities(aim, fixed, violation, speed);
+    for (int i = 0; i < FURTHER && finite && aim->weight; i++) {
+        for (size_t k = 0; k < model->n.v; k++)
+            if (!fixed[k] && (model->given[k] & VELOCITY_GIVEN))
+                aim->v[k] = aim->data->moved_v[k];
+        finite = close_initial_velocities(aim, fixed, violation, speed);
+    }
+    return finite;
+}
+
 /* Makes v satisfy the velocity equations at q. Given velocities change only if the others cannot satisfy the equations,
  * and held velocities only within the model's tolerance. */
 static kt_status assemble_velocities(const kt_model *model, kt_data *data, double t, const double *q, double *v,
@@ -416,7 +450,7 @@ static kt_status assemble_velocities(const kt_model *model, kt_data *data, doubl
     double speed; /* a residual velocity below the rounding error of this speed counts as zero */
     velocity_aim aim = {.model = model, .data = data, .t = t, .q = q, .v = v};
     bool finite = move_around_given(&aim, data->fixed, kt_scratch_part(model, data, 3)) &&
-                  close_initial_velocities(&aim, data->fixed, &violation, &speed);
+                  close_velocities_around_given(&aim, &violation, &speed);
     if (finite && violation.slip > KT_ROUNDING * speed && keeps_given(model, VELOCITY_GIVEN, data->fixed))
         finite = close_initial_velocities(&aim, model->held_velocity, &violation, &speed);
     if (!finite)

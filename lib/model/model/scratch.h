@@ -7,7 +7,7 @@
  *   2      A motion tried by an assembly. The acceleration of a call that computes another quantity from it (power.c,
  *          reaction.c); until that is written, an interpolated acceleration (singular_crossing.c).
  *   3      The interpolation from the inner four states. The weights of an assembly (assemble.c).
- *   4      The acceleration of the state closed to rounding.
+ *   4      The acceleration of the state closed to rounding. Changes that do not count in an assembly (assemble.c).
  *
  * The recursion of composite bodies takes the whole as six rows of nv numbers (dynamics/crba.c).
  */
