@@ -48,7 +48,7 @@ static void jordan_divide(const double *x, const double *y, double *z) {
 static double longest_step(const double *x, const double *d) {
     const double A = d[0] * d[0] - d[1] * d[1] - d[2] * d[2], B = x[0] * d[0] - x[1] * d[1] - x[2] * d[2];
     const double C = determinant_of(x), root = B * B - A * C;
-    double a = d[0] < 0.0 ? -x[0] / d[0] : 1e300;
+    double a = 1e300;
     if (root >= 0.0) {
         const double t = -(B + (B >= 0.0 ? sqrt(root) : -sqrt(root)));
         const double a1 = A != 0.0 ? t / A : -1.0, a2 = t != 0.0 ? C / t : -1.0;
@@ -134,7 +134,7 @@ static double find_gap(kt_cone *cone, interior *it) {
         }
         const double *s = cone->s + i;
         if (i % 3 == 0)
-            sum += sqrt(s[1] * s[1] + s[2] * s[2] + it->smooth * it->smooth) - it->smooth;
+            sum += sqrt(s[1] * s[1] + s[2] * s[2] + it->smooth * it->smooth);
         cone->gap[i] = sum;
         most = fmax(most, fabs(sum));
     }
@@ -210,7 +210,7 @@ static double find_direction(kt_cone *cone, const interior *it, bool corrects) {
 }
 
 /* Takes one step: predictor, then corrector. */
-static void step_interior(kt_cone *cone, interior *it, double residual) {
+static void step_interior(kt_cone *cone, interior *it) {
     const int m = 3 * cone->n;
     for (int i = 0; i < cone->n; i++)
         find_frame(cone->r + 3 * i, cone->s + 3 * i, cone->frame + 9 * i, cone->lambda + 3 * i);
@@ -220,8 +220,6 @@ static void step_interior(kt_cone *cone, interior *it, double residual) {
     for (int i = 0; i < m; i++)
         after += (cone->r[i] + a * cone->dr[i]) * (cone->s[i] + a * cone->ds[i]);
     it->sigma = fmin(1.0, fmax(pow(fmax(0.0, after / cone->n / it->tau), 3.0), 1e-8));
-    if (residual > 100.0 * it->tau)
-        it->sigma = fmax(it->sigma, 0.3);
     const double alpha = fmin(1.0, 0.99 * find_direction(cone, it, true));
     for (int i = 0; i < m; i++) {
         cone->r[i] += alpha * cone->dr[i];
@@ -249,7 +247,7 @@ void kt_cone_interior(kt_cone *cone, double *y) {
         }
         if (!(it.tau > 1e-15) || !isfinite(residual))
             break;
-        step_interior(cone, &it, residual);
+        step_interior(cone, &it);
     }
     memcpy(cone->z, y, (size_t)m * sizeof *y);
     (void)kt_cone_newton(cone, &of, cone->z, POLISH_LAST);
