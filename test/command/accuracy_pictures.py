@@ -13,9 +13,10 @@ import tempfile
 COMMAND, SOURCES = sys.argv[1], sys.argv[2]
 PICTURES = os.path.join(SOURCES, "apps", "pictures")
 PAGE = os.path.join(SOURCES, "include", "pages", "method-measurements.md")
-# A few settings suffice for the structure, and take a second.
+# A few settings and a part of a long motion suffice for the structure.
 QUICK = ["--steps", "1e-4,5e-5", "--tolerances", "1e-3,1e-5,1e-7", "--budget", "20", "--quiet", "--out", "/dev/null"]
 COARSE = ["--steps", "2e-3", "--tolerances", "1e-3,1e-5", "--budget", "20", "--quiet", "--out", "/dev/null"]
+PART = {"flyball-governor": ["--duration", "1"]}
 # Methods of scenes of which the picture has chosen methods.
 CHOSEN = {"bouncing-ball": ["rkc2", "rk4", "dopri5", "radau5", "steps"]}
 FIXED = {"least for its error", "recommended", "no longer falls"}
@@ -63,7 +64,7 @@ for scene in shown:
     expected = {m: p for m, p in {**known, "steps": 1}.items() if m in (chosen or known)}
     with tempfile.TemporaryDirectory() as work:
         path = os.path.join(work, "drawn.svg")
-        subprocess.run([COMMAND, "accuracy", os.path.join(SOURCES, "apps", "scenes", scene + ".yaml"), *(QUICK if not chosen else COARSE), "--size",
+        subprocess.run([COMMAND, "accuracy", os.path.join(SOURCES, "apps", "scenes", scene + ".yaml"), *(QUICK if not chosen else COARSE), *PART.get(scene, []), "--size",
                         f"{width}x{height}", "--plot", path, *(["--integrators", ",".join(chosen)] if chosen else [])], check=True)
         with open(path) as file:
             drawn = structure(file.read())
