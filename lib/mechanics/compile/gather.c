@@ -230,6 +230,15 @@ static void mark_link_nonlinear(kt_model *m, int32_t l) {
         m->is_linear[m->group[link->group].v + link->local + k] = false;
 }
 
+/* Marks the coordinates that the formula of a coupling reads. The others of its terms, such as the follower of a cam,
+ * have constant coefficients. */
+static void mark_formula_nonlinear(kt_model *m, const kt_loop_record *loop) {
+    int used[KT_EXPRESSION_LENGTH_MAX];
+    const size_t count = kt_expression_symbols(kt_loop_formula(m, loop), KT_EXPRESSION_LENGTH_MAX, used);
+    for (size_t i = 0; i < count; i++)
+        mark_link_nonlinear(m, m->term[loop->term + used[i]].link);
+}
+
 /* Marks the coordinates that only relations with constant coefficients have: motions, couplings, gears. The equations
  * of such coordinates are linear, so that steps of any length are exact. */
 static void mark_linear_coordinates(kt_model *m) {
@@ -237,8 +246,8 @@ static void mark_linear_coordinates(kt_model *m) {
         m->is_linear[i] = true;
     for (size_t i = 0; i < m->n.loop; i++) {
         const kt_loop_record *loop = &m->loop[i];
-        for (int k = 0; k < loop->term_count && kt_has_formula_row(loop); k++)
-            mark_link_nonlinear(m, m->term[loop->term + k].link);
+        if (kt_has_formula_row(loop))
+            mark_formula_nonlinear(m, loop);
         for (int end = 0; end < 2 && loop->term_count == 0 && !kt_loop_is_off(loop); end++)
             for (int32_t k = 0; k < loop->length[end]; k++)
                 mark_link_nonlinear(m, m->path[loop->path[end] + k]);

@@ -4,6 +4,7 @@
 #include "mechanics/constraint/linkage.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* A four-bar of which the description gives the crank alone, away from where all would move least. */
@@ -129,6 +130,32 @@ KT_TEST(given_values_that_almost_fit_move_by_their_rounding) {
         linkage_build(&l, 0.0);
         kt_worst_near(&position, hypot(l.q[0] - angles[0], l.q[2] - angles[2]), 0.0, 1.1 * rounding, "four-bar %d", n);
         kt_worst_near(&velocity, hypot(l.v[0] - rates[0], l.v[2] - rates[2]), 0.0, 10.0 * rounding, "four-bar %d", n);
+    }
+}
+
+/* The position of a follower enters its equation with a constant coefficient. A step of any length is exact for the
+ * follower, and the given cam stays, for lifts up to far above the length of the mechanism. */
+KT_TEST(followers_of_given_cams_move_any_distance) {
+    static linkage l;
+    const double angle = 1.2;
+    const kt_vec3 bar = kt_vec3_make(1.0, 0.0, 0.0), none = kt_vec3_make(0.0, 0.0, 0.0);
+    for (int exponent = 0; exponent <= 6; exponent += 2) {
+        const double lift = pow(10.0, exponent);
+        const kt_term terms[2] = {{"cam", 0.0}, {"follower", 1.0}};
+        char formula[64];
+        linkage_begin(&l);
+        linkage_bar(&l, "cam", NULL, none, bar, angle, 0.0)->joint.given = KT_GIVEN_POSITION;
+        kt_joint *slide = &linkage_bar(&l, "follower", NULL, none, bar, 0.0, 0.0)->joint;
+        slide->type = KT_JOINT_PRISMATIC;
+        slide->given = 0;
+        kt_loop *loop = linkage_close(&l, "lift", KT_LOOP_COUPLING, NULL, none, NULL, none);
+        (void)snprintf(formula, sizeof formula, "-%.17g*sin(position.cam)", lift);
+        loop->terms = terms;
+        loop->term_count = 2;
+        loop->formula = formula;
+        linkage_build(&l, 0.0);
+        kt_check_equal_bits("cam", &l.q[0], &angle, 1);
+        kt_check_near(formula, l.q[1], lift * sin(angle), 1e-14 * lift);
     }
 }
 
