@@ -101,15 +101,15 @@ bool kt_contacts_solve_phase(kt_simulation *simulation, const double *W, kt_impa
 }
 
 /* Poses the problem of an impact without approach. `wedged` is the row of a contact, or -1. This contact is given an
- * approach rate that is small compared with its slip, so that zero impulse is not a solution. The friction of this
- * contact is larger by the part `excess`. */
+ * approach rate that is small compared with its slip, so that zero impulse is not a solution. Friction is larger by the
+ * part `excess`. */
 static kt_coulomb *pose_jam(const kt_simulation *simulation, const double *W, const double *u, int wedged,
                             double excess) {
     struct kt_contacts *c = simulation->contacts;
     kt_coulomb *p = begin_coulomb(c, W);
     for (int i = 0; i < c->meeting; i++)
         if (u[i] <= kt_contact_rest(simulation, W, i))
-            add_item(p, simulation, i)->friction *= i == wedged ? 1.0 + excess : 1.0;
+            add_item(p, simulation, i)->friction *= 1.0 + excess;
     for (int j = 0; j < p->rows; j++)
         p->b[j] = u[p->line[j]];
     for (int i = 0; i < p->n; i++) {
@@ -209,15 +209,19 @@ static kt_coulomb *find_clamped(kt_simulation *simulation, const double *W, cons
 }
 
 /* The paradox leads to the problem of an impact without approach. Zero impulse is one solution; another solution stops
- * slip. If the solver finds zero impulse, the function tries to wedge one contact after the other. A step that leads
- * into the paradox ends before, where this impulse still lies beyond the cone. */
+ * or turns slip. If the solver finds zero impulse, the function tries to wedge one contact after the other. A step that
+ * leads into the paradox ends before, where this impulse still lies beyond the cone.
+ *
+ * Impulses under which contacts slip on change no approach rate, (1 - G) N = 0 in the final directions of slip
+ * (evaluate/slip.c). In these directions, reactions have no bound. Friction that is larger by the part `excess` turns
+ * slip a little farther, so that 1 - G is about `excess` times its size, and reactions are finite. */
 static kt_coulomb *find_jam(kt_simulation *simulation, const double *W, const double *u, double *energy) {
-    static const double excess[] = {0.0, 1e-4, 1e-2, 1e-1, 1.0};
+    static const double excess[] = {1e-2, 1e-1, 1.0};
     struct kt_contacts *c = simulation->contacts;
     kt_coulomb *p = c->jams ? NULL : find_clamped(simulation, W, u, energy);
     if (p != NULL)
         return p;
-    p = pose_jam(simulation, W, u, -1, 0.0);
+    p = pose_jam(simulation, W, u, -1, 1e-2);
     if (!c->jams && solve_jam(simulation, p, energy))
         return p;
     for (size_t k = 0; k < sizeof excess / sizeof *excess; k++)
