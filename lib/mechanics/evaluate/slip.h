@@ -151,6 +151,11 @@ double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows);
 /* Returns tau of slip of this speed that has these tau0 and s0. */
 double kt_slip_time_at_speed(double speed, double tau0, double s0);
 
+/* The friction of an item in excess of the force that holds it, in these forces p of all rows. */
+double kt_slip_excess(const kt_coulomb_item *item, const double *p);
+/* tau of slip of item i, at most `most`, if its friction exceeds the force that holds it. held: forces that hold all
+ * slow slip, of so many contacts. */
+double kt_slip_limited_time(const kt_coulomb *c, int i, const double *held, int slow_ones, double speed, double most);
 /* Writes predicted directions of slow slip to p->to.e, for the present island. The island's W and its rates without
  * friction are inputs. If `wide`, contacts under fixed steps have the length of these steps as tau0. Returns false if
  * there is no solution. */

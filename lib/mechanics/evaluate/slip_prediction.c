@@ -149,38 +149,44 @@ static int hold_slow(const kt_data *data, kt_slip_problem *p) {
     return slow_ones;
 }
 
+double kt_slip_excess(const kt_coulomb_item *item, const double *p) {
+    return item->friction * p[item->row] - kt_hypot(p[item->across], p[item->across + 1]);
+}
+
 /* Whether these forces are within friction of all slow contacts. */
 static bool may_hold_all(const kt_slip_problem *p) {
     bool all = true;
-    for (int i = 0; i < p->c->n; i++) {
-        const kt_coulomb_item *item = &p->c->item[i];
-        const double *held = p->held->p + item->across;
-        all = all &&
-              (item->type != KT_COULOMB_CONE || item->friction * p->held->p[item->row] > kt_hypot(held[0], held[1]));
-    }
+    for (int i = 0; i < p->c->n; i++)
+        all = all && (p->c->item[i].type != KT_COULOMB_CONE || kt_slip_excess(&p->c->item[i], p->held->p) > 0.0);
     return all;
 }
 
-/* The prediction time tau (s), at most half of the time in which the friction in excess of the holding force stops the
- * slip. This limit requires that friction `holds` all slow contacts, or that this slip fades. */
-static double limited_prediction_time(const kt_data *data, const kt_slip_problem *p, int slow_ones, bool holds, int k) {
-    const kt_coulomb_item *item = &p->c->item[k];
+double kt_slip_limited_time(const kt_coulomb *c, int i, const double *held, int slow_ones, double speed, double most) {
+    const kt_coulomb_item *item = &c->item[i];
     const int x = item->across, y = x + 1;
+    const double response = 0.5 * slow_ones * (kt_coulomb_entry(c, x, x) + kt_coulomb_entry(c, y, y));
+    const double excess = kt_slip_excess(item, held), friction = item->friction * held[item->row];
+    const double part = excess > 0.0 ? fmax(0.0, 1.0 - shrinking * excess / friction) : 0.0;
+    return excess > 0.0 ? fmin(most, 0.5 * speed / (response * excess) * part * part) : most;
+}
+
+/* The prediction time tau (s), at most half of the time in which the friction in excess of the holding force stops the
+ * slip. This limit requires that friction `holds` all slow contacts, or that this slip fades. If a contact would part
+ * at rest, no friction holds it. Its slip ends with the present deceleration if it fades, and begins otherwise. */
+static double limited_prediction_time(const kt_data *data, const kt_slip_problem *p, int slow_ones, bool holds, int k) {
     const size_t index = kt_slip_index(p, (size_t)k);
-    const double *s = data->slip_velocity + 2 * index, speed = kt_hypot(s[0], s[1]);
-    const bool slows = p->wide && p->fades[index] && is_unresolved(data, index);
+    const double *s = data->slip_velocity + 2 * index, *of = data->slip_slow + 2 * index, speed = kt_hypot(s[0], s[1]);
+    const bool fades = p->fades[index], slows = p->wide && fades && is_unresolved(data, index);
     const double largest = largest_prediction_time(data, p, index);
     const double most = slows ? adaptive_prediction_time(data, index) : largest;
-    const double response = 0.5 * slow_ones * (kt_coulomb_entry(p->c, x, x) + kt_coulomb_entry(p->c, y, y));
-    const double *held = p->held->p;
-    const double friction = item->friction * held[item->row], excess = friction - kt_hypot(held[x], held[y]);
-    if (!(largest > 0.0) || !(friction > 0.0)) /* without friction it would part at rest */
-        return 0.0;
-    const double part = fmax(0.0, 1.0 - shrinking * excess / friction);
-    const double tau =
-        excess > 0.0 && (holds || p->fades[index]) ? fmin(most, 0.5 * speed / (response * excess) * part * part) : most;
-    const double *of = data->slip_slow + 2 * index;
-    return slows ? fmax(tau, kt_slip_fading_time(largest, speed, p->slowing[index], of[1] / of[0])) : tau;
+    if (!(largest > 0.0) || !(fades || holds))
+        return largest;
+    const double friction = slows ? of[1] / of[0] : HUGE_VAL;
+    const double fading = fades ? kt_slip_fading_time(largest, speed, p->slowing[index], friction) : 0.0;
+    if (!(p->held->p[p->c->item[k].row] > 0.0))
+        return fading;
+    const double tau = kt_slip_limited_time(p->c, k, p->held->p, slow_ones, speed, most);
+    return slows ? fmax(tau, fading) : tau;
 }
 
 /* Sets the problem of the prediction, from the present directions e = s / |s|: the rates b of slow slip receive s /
@@ -290,7 +296,7 @@ bool kt_slip_predict(const kt_data *data, kt_slip_problem *p, bool wide) {
         p->fades[kt_slip_index(p, k)] = !wide && is_unresolved(data, kt_slip_index(p, k));
     for (int i = 0; i == 0 || (i <= PREDICTIONS && find_fading(data, p, holds, found)); i++) {
         set_items(data, p);
-        if (i == 1)
+        if (i == 1 || (i == 0 && !wide))
             find_slowing(p);
         predict_directions(data, p, &holds);
         found = solve_prediction(p->at->n, p);

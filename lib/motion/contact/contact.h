@@ -74,7 +74,7 @@ typedef struct kt_contact {
     X(char, solver_memory, s->solver, "its solver")                                                                    \
     X(int, posed, s->most_items, "the first row of each of its items in the list")                                     \
     X(double, ahead, s->most_items, "tau of slow slip of each of its items (slip_prediction.c), s")                    \
-    X(double, slowing, s->most_items, "deceleration of each in present directions, m/s^2; HUGE_VAL: unknown")          \
+    X(double, fading, s->most_items, "tau of each if its slip does not grow, s")                                       \
     X(char, data_memory, s->data, "data of the model in which all contacts are closed")                                \
     X(char, inverse_memory, s->inverse, "M^-1")
 
@@ -154,7 +154,6 @@ struct kt_contacts {
     bool rests;             /* impacts that accumulate have reached their limit: contacts that touch come to rest */
     bool jams;              /* friction wedges a contact that slips: an impulse stops it */
     bool releases, holds;   /* friction wedges a contact: that one is released, or all that are held stick */
-    bool present;           /* slow slip has its present directions in reactions, not predicted ones */
     bool holds_slow;        /* with `holds`: all are held that slip about as fast as `wedged`, or slower */
     bool frees;             /* contacts that are held at rest may slip, since no reactions hold them */
     int wedged;             /* the contact that friction wedges */
@@ -462,9 +461,10 @@ KT_CHECKED kt_status kt_contacts_solve_forces(kt_simulation *simulation, double 
 double kt_contact_slip_along(const kt_model *model, const kt_data *data, const kt_contact *contact);
 /* Writes the directions of slip to the simulation's data. */
 void kt_contacts_put_directions(kt_simulation *simulation);
+/* Whether steps may be too long for the rate at which friction turns slip: fixed steps of explicit methods. */
+bool kt_contacts_predict_wide(const kt_simulation *simulation);
 /* Returns tau of contact k, which slips at this speed, for reactions at an instant (slip_prediction.c). Fixed steps of
- * explicit methods need its deceleration in the present direction. If this is unknown, HUGE_VAL, or if slip grows, tau
- * is 0. */
+ * explicit methods need its deceleration in the present direction. If their slip grows, tau is 0. */
 double kt_contacts_prediction_time(const kt_simulation *simulation, int k, double speed, double slowing);
 /* Renews the direction of slip that has reversed in the present state. When slip begins, rounding may leave a small
  * slip against the set direction. This value then counts as zero slip. Returns whether a direction or a value of rest

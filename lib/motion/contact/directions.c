@@ -86,8 +86,7 @@ bool kt_contact_is_slipping(const kt_simulation *simulation, int k) {
     return simulation->model->loop[simulation->contacts->item[k].loop].slips > 0;
 }
 
-/* Whether steps may be too long for the rate at which friction turns slip: fixed steps of explicit methods. */
-static bool needs_wide_prediction(const kt_simulation *simulation) {
+bool kt_contacts_predict_wide(const kt_simulation *simulation) {
     return simulation->step > 0.0 && simulation->integrator->options.newton == NULL && simulation->model->n.slip > 0;
 }
 
@@ -99,16 +98,6 @@ static double rate_of_friction(const kt_simulation *simulation, int k) {
         if (c->item[i].island == c->item[k].island && kt_contact_is_slipping(simulation, i))
             rate += simulation->contact_state[i].load * simulation->contact_state[i].response;
     return rate;
-}
-
-double kt_contacts_prediction_time(const kt_simulation *simulation, int k, double speed, double slowing) {
-    const kt_data *data = simulation->data;
-    if (!needs_wide_prediction(simulation))
-        return kt_slip_time_at_speed(speed, kt_slip_problem_of(data)->slow_time, data->slow_slip);
-    if (!(slowing < HUGE_VAL))
-        return 0.0;
-    const double h = simulation->step, most = rate_of_friction(simulation, k);
-    return kt_slip_fading_time(kt_slip_time_at_speed(speed, h, h * most), speed, slowing, most);
 }
 
 /* Finds the least and the largest tolerance of the velocities in the state y, m/s; NULL: their absolute tolerances. An
@@ -130,6 +119,12 @@ static void find_tolerated_speeds(const kt_simulation *simulation, const double 
     }
 }
 
+/* The speed at which the mechanism moves by its own size, m/s. */
+static double own_speed_of(const kt_simulation *simulation) {
+    const double time = simulation->memory.own_time;
+    return time > 0.0 ? simulation->contacts->all->length / time : 0.0;
+}
+
 /* r of predictions (evaluate/slip_prediction.c), with the speed `own` at which the mechanism moves by its own size. */
 static double coarseness_of_slip(const kt_simulation *simulation, double own) {
     double least, most;
@@ -139,9 +134,19 @@ static double coarseness_of_slip(const kt_simulation *simulation, double own) {
     return fmax(1.0, fmin(300.0, sqrt(least / (kt_slip_rest * own))));
 }
 
+double kt_contacts_prediction_time(const kt_simulation *simulation, int k, double speed, double slowing) {
+    if (!kt_contacts_predict_wide(simulation)) {
+        const double time = simulation->memory.own_time, own = own_speed_of(simulation);
+        const double part = kt_slip_slow * coarseness_of_slip(simulation, own);
+        return kt_slip_time_at_speed(speed, part * time, part * own);
+    }
+    const double h = simulation->step, most = rate_of_friction(simulation, k);
+    return kt_slip_fading_time(kt_slip_time_at_speed(speed, h, h * most), speed, slowing, most);
+}
+
 void kt_contacts_put_directions(kt_simulation *simulation) {
-    const bool wide = needs_wide_prediction(simulation);
-    const double time = simulation->memory.own_time, own = time > 0.0 ? simulation->contacts->all->length / time : 0.0;
+    const bool wide = kt_contacts_predict_wide(simulation);
+    const double time = simulation->memory.own_time, own = own_speed_of(simulation);
     const double part = kt_slip_slow * coarseness_of_slip(simulation, own);
     simulation->slow_slip = simulation->data->slow_slip = part * own;
     if (simulation->model->n.slip > 0)
@@ -439,7 +444,7 @@ kt_status kt_contacts_begin_slip(kt_simulation *simulation, kt_error *error) {
 kt_status kt_contacts_begin_prediction(kt_simulation *simulation, kt_error *error) {
     (void)error;
     kt_contacts_find_excess(simulation);
-    if (simulation->contacts->rubs && needs_wide_prediction(simulation) && take_loads(simulation))
+    if (simulation->contacts->rubs && kt_contacts_predict_wide(simulation) && take_loads(simulation))
         kt_integrator_change(simulation->integrator, true);
     return KT_OK;
 }

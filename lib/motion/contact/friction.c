@@ -17,8 +17,8 @@
 
 /* Relative rounding, as in contact.h. */
 static const double rounding = 1e-11;
-/* The times that friction reaches its limit within an instant before it is held. */
-enum { LIMITS = 3 };
+/* The times that friction reaches its limit within an instant before it is held, and predictions that are repeated. */
+enum { LIMITS = 3, PREDICTIONS = 2 };
 /* Slip of up to `about` times the speed of a wedged contact is about as fast. */
 static const double about = 10.0;
 /* The approach of a contact that is wedged, relative to its slip. */
@@ -55,7 +55,6 @@ static kt_coulomb_item *add_item(kt_coulomb *p, const kt_simulation *simulation,
     struct kt_contacts *c = simulation->contacts;
     const int friction = line < c->meeting ? friction_line(c, line) : -1;
     kt_coulomb_item *item = &p->item[p->n];
-    c->ahead[p->n] = 0.0;
     c->posed[p->n++] = line;
     *item = (kt_coulomb_item){.type = KT_COULOMB_FRICTIONLESS, .row = add_line(p, line)};
     if (friction >= 0) {
@@ -285,8 +284,7 @@ static void add_coulomb_contact(kt_coulomb *p, const kt_simulation *simulation, 
     const bool ends = c->stops || c->item[c->item[c->list[line]].of].meets;
     const bool slips = !is_held && speed > (ends ? fmax(stops, rest) : rest);
     double *ahead = &c->ahead[p->n - 1];
-    *ahead = slips && !c->present ? kt_contacts_prediction_time(simulation, c->list[line], speed, c->slowing[p->n - 1])
-                                  : 0.0;
+    *ahead = slips ? *ahead : 0.0;
     if (slips && !(*ahead > 0.0)) {
         item->type = KT_COULOMB_SLIPS;
         item->e[0] = slip[0] / speed;
@@ -408,14 +406,6 @@ static bool any_comes_to_rest(const struct kt_contacts *c, const double *u) {
     return any;
 }
 
-/* Whether the slip of some contact is predicted (slip_prediction.c). */
-static bool any_is_predicted(const struct kt_contacts *c) {
-    bool any = false;
-    for (int i = 0; i < c->problem->n; i++)
-        any = any || c->ahead[i] > 0.0;
-    return any;
-}
-
 /* Solves the problem of set_problem. Returns whether there is a solution. */
 static bool solve_problem(kt_simulation *simulation, const double *W, const double *u, bool leaving, bool strict) {
     struct kt_contacts *c = simulation->contacts;
@@ -423,40 +413,106 @@ static bool solve_problem(kt_simulation *simulation, const double *W, const doub
                             &simulation->memory.contacts.pivots);
 }
 
-/* Finds decelerations of slip in present directions from a solution. Returns whether slip is predicted with these
- * decelerations. */
-static bool find_decelerations(const kt_simulation *simulation, const double *u) {
+/* Finds tau of slow slip from a solution in present directions. Slow slip sticks in `held`. Returns whether some slip
+ * is predicted. */
+static bool hold_slow_items(const kt_simulation *simulation, const double *u, kt_coulomb_solution *held) {
     struct kt_contacts *c = simulation->contacts;
-    const kt_coulomb *p = c->problem;
+    kt_coulomb *p = c->problem;
     bool any = false;
+    kt_coulomb_copy(p, c->solution, held);
     for (int i = 0; i < p->n; i++) {
-        const kt_coulomb_item *item = &p->item[i];
+        kt_coulomb_item *item = &p->item[i];
+        const double *slip = u + p->line[item->across], *a = c->solution->u + item->across;
+        const double speed = kt_hypot(slip[0], slip[1]), slowing = -item->e[0] * a[0] - item->e[1] * a[1];
+        if (held->mode[i] == KT_COULOMB_SLIP && item->type == KT_COULOMB_CONE)
+            held->mode[i] = KT_COULOMB_STICK;
         if (item->type != KT_COULOMB_SLIPS)
             continue;
-        const double *slip = u + p->line[item->across], *a = c->solution->u + item->across;
-        c->slowing[i] = -item->e[0] * a[0] - item->e[1] * a[1];
-        any = any || kt_contacts_prediction_time(simulation, c->list[c->posed[i]], kt_hypot(slip[0], slip[1]),
-                                                 c->slowing[i]) > 0.0;
+        c->ahead[i] = kt_contacts_prediction_time(simulation, c->list[c->posed[i]], speed, slowing);
+        c->fading[i] = kt_slip_fading_time(c->ahead[i], speed, slowing, HUGE_VAL);
+        if (!(c->ahead[i] > 0.0))
+            continue;
+        item->type = KT_COULOMB_CONE;
+        any = true;
     }
     return any;
 }
 
-/* Solves the problem of one attempt. Under fixed steps, slow slip has present directions at first, and then the
- * directions that its deceleration permits. If slow slip has no solution in predicted directions, present directions
- * are used. In the solution, slow slip that may stop is at rest. If friction holds none of this slip, slip continues in
- * its present directions, since the directions in which slip would begin from rest may have other reactions, and press
- * other contacts. If these have no solution either, the first solve is repeated, whose problem and solution the caller
- * uses. leaving, strict: as in set_problem. */
+/* Finds tau of slow slip as adaptive steps do (evaluate/slip_prediction.c): `ahead` if slip grows, `fading` if not. */
+static void limit_prediction_times(const kt_simulation *simulation, const double *u, kt_coulomb_solution *held) {
+    struct kt_contacts *c = simulation->contacts;
+    const kt_coulomb *p = c->problem;
+    bool holds = true;
+    int slow = 0;
+    kt_coulomb_linear(p, held);
+    for (int i = 0; i < p->n; i++) {
+        const bool is_held = c->ahead[i] > 0.0 && held->mode[i] == KT_COULOMB_STICK;
+        slow += is_held;
+        holds = holds && (!is_held || kt_slip_excess(&p->item[i], held->p) > 0.0);
+    }
+    for (int i = 0; i < p->n; i++) {
+        const double *slip = u + p->line[p->item[i].across], speed = kt_hypot(slip[0], slip[1]);
+        if (!(c->ahead[i] > 0.0) || !(held->p[p->item[i].row] > 0.0))
+            continue;
+        c->fading[i] = kt_slip_limited_time(p, i, held->p, slow, speed, c->ahead[i]);
+        c->ahead[i] = holds ? c->fading[i] : c->ahead[i];
+    }
+}
+
+/* Finds the slip that does not grow, although the prediction assumed growth. Returns whether there is any. */
+static bool find_fading_slip(const struct kt_contacts *c, const double *u) {
+    const kt_coulomb *p = c->problem;
+    bool any = false;
+    for (int i = 0; i < p->n; i++) {
+        const double *slip = u + p->line[p->item[i].across], *a = c->solution->u + p->item[i].across;
+        if (!(c->ahead[i] > c->fading[i]) ||
+            !(c->ahead[i] * (slip[0] * a[0] + slip[1] * a[1]) < slip[0] * slip[0] + slip[1] * slip[1]))
+            continue;
+        c->ahead[i] = c->fading[i];
+        any = true;
+    }
+    return any;
+}
+
+/* How many contacts at rest begin to slip in the solution. */
+static int count_beginning(const struct kt_contacts *c) {
+    int count = 0;
+    for (int i = 0; i < c->problem->n; i++)
+        count += c->problem->item[i].type == KT_COULOMB_CONE && !(c->ahead[i] > 0.0) &&
+                 c->solution->mode[i] == KT_COULOMB_SLIP;
+    return count;
+}
+
+/* Solves the problem with the predictions of steps, from a solution in present directions. Returns false if this has no
+ * solution, or if a contact sticks that begins to slip in present directions: steps in which the contact sticks predict
+ * less slip, and would let it slip again. */
+static bool solve_predicted(kt_simulation *simulation, const double *W, const double *u, bool leaving, bool strict) {
+    struct kt_contacts *c = simulation->contacts;
+    const bool wide = kt_contacts_predict_wide(simulation);
+    const int begin = count_beginning(c);
+    if ((!wide && !kt_coulomb_fits(c->problem, c->solution)) || !hold_slow_items(simulation, u, c->solver->other))
+        return true;
+    if (!wide)
+        limit_prediction_times(simulation, u, c->solver->other);
+    bool found = solve_problem(simulation, W, u, leaving, strict);
+    for (int i = 0; found && i < PREDICTIONS && !wide && find_fading_slip(c, u); i++)
+        found = solve_problem(simulation, W, u, leaving, strict);
+    return found && (wide || count_beginning(c) >= begin);
+}
+
+/* Solves the problem of one attempt. Slow slip has present directions at first, and then the directions that steps
+ * predict. If there is no solution in predicted directions, present directions are used. In the solution, slow slip
+ * that may stop is at rest. If friction holds none of this slip, slip continues in its present directions, since the
+ * directions in which slip would begin from rest may have other reactions, and press other contacts. If these have no
+ * solution either, the solve before is repeated, whose problem and solution the caller uses. leaving, strict: as in
+ * set_problem. */
 static bool solve_attempt(kt_simulation *simulation, const double *W, const double *u, bool leaving, bool strict) {
     struct kt_contacts *c = simulation->contacts;
     const bool stops = c->stops;
-    for (int i = 0; i < c->resting; i++)
-        c->slowing[i] = HUGE_VAL;
+    kt_clear(c->ahead, (size_t)c->resting * sizeof *c->ahead);
     bool found = solve_problem(simulation, W, u, leaving, strict);
-    if (found && find_decelerations(simulation, u))
-        found = solve_problem(simulation, W, u, leaving, strict);
-    if (!found && any_is_predicted(c)) {
-        c->present = true;
+    if (found && !solve_predicted(simulation, W, u, leaving, strict)) {
+        kt_clear(c->ahead, (size_t)c->resting * sizeof *c->ahead);
         found = solve_problem(simulation, W, u, leaving, strict);
     }
     if (!found || !stops || any_comes_to_rest(c, u))
@@ -506,7 +562,6 @@ kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, const do
     for (int attempt = 0; attempt < 3 && !found; attempt++) {
         if (attempt == 1 && !leaving)
             continue;
-        c->present = false;
         found = solve_attempt(simulation, W, u, attempt == 0, attempt == 2) && !closes_released(c);
     }
     if (!found)
