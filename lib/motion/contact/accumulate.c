@@ -6,10 +6,12 @@
  * is another law, and may throw the point out of the wedge. So the impacts continue one by one.
  *
  * Behind the last instant that events resolve, all remaining impacts lie within the time `window`, a small part of the
- * chain's time or a rounding of the time (simulation/event_chain.c). The configuration does not change within it. J, W
- * and the accelerations of the model between the impacts are frozen, and each gap that does not touch is
+ * chain's time or a rounding of the time (simulation/event_chain.c). The configuration does not change within it. J and
+ * W are frozen, and each gap that does not touch is
  *
- *     g + u s + w s^2 / 2
+ *     g + u s
+ *
+ * since accelerations within this time are small beside speeds above those of rest.
  *
  * The next impact is that of the gap which closes first. It obeys the law of impact.c with the rows whose gaps are
  * zero. Gaps shrink faster than speeds, and would underflow: gaps, the window and times are then all measured in a unit
@@ -37,19 +39,10 @@ static double rate_of_gap(const struct kt_contacts *c, int k) {
     return fabs(rate) <= kt_contact_rounding * size ? 0.0 : rate;
 }
 
-/* The acceleration of the gap of contact k in flight; 0 if it is of the size of rounding. */
-static double acceleration_of_gap(const struct kt_contacts *c, int k) {
-    double size;
-    const double w = kt_contacts_residual(c, k, 0, c->flight, c->drift, &size);
-    return fabs(w) <= kt_contact_rounding * size ? 0.0 : w;
-}
-
 /* The time until the gap of item k closes. */
 static double time_to_impact(const struct kt_contacts *c, int k) {
-    const double g = c->gap[k], u = rate_of_gap(c, k), w = acceleration_of_gap(c, k), root = u * u - 2.0 * w * g;
-    if (!(root >= 0.0) || (u >= 0.0 && w >= 0.0))
-        return HUGE_VAL;
-    return u > 0.0 ? (u + sqrt(root)) / -w : 2.0 * g / (sqrt(root) - u);
+    const double u = rate_of_gap(c, k);
+    return u < 0.0 ? c->gap[k] / -u : HUGE_VAL;
 }
 
 /* Contacts that are closed, or close at this instant, have no gap. */
@@ -70,7 +63,7 @@ static void begin_flights(struct kt_contacts *c) {
 }
 
 /* Moves all gaps up to the next impact. Returns its time, or HUGE_VAL if none follows within the rest of the window. */
-static double fly_to_impact(struct kt_contacts *c, size_t nv, double most) {
+static double fly_to_impact(struct kt_contacts *c, double most) {
     double s = HUGE_VAL;
     int first = -1;
     for (int k = 0; k < c->sides; k++) {
@@ -82,21 +75,17 @@ static double fly_to_impact(struct kt_contacts *c, size_t nv, double most) {
         return HUGE_VAL;
     for (int k = 0; k < c->sides; k++)
         if (c->item[k].flies)
-            c->gap[k] = fmax(c->gap[k] + s * (rate_of_gap(c, k) + 0.5 * s * acceleration_of_gap(c, k)), 0.0);
+            c->gap[k] = fmax(c->gap[k] + s * rate_of_gap(c, k), 0.0);
     c->gap[first] = 0.0;
     c->item[first].flies = false;
     c->item[first].meets = true;
-    for (size_t i = 0; i < nv; i++)
-        c->v[i] += s * c->flight[i];
     return s;
 }
 
 /* Measures times and gaps in a smaller unit, in which speeds are as before. */
-static void take_smaller_unit(struct kt_contacts *c, size_t nv) {
+static void take_smaller_unit(struct kt_contacts *c) {
     for (int k = 0; k < c->sides; k++)
         c->gap[k] /= unit;
-    for (size_t i = 0; i < nv; i++)
-        c->flight[i] *= unit;
     c->window /= unit;
 }
 
@@ -116,7 +105,6 @@ static kt_status find_struck(kt_simulation *simulation, const kt_model *open, do
 kt_status kt_contacts_accumulate(kt_simulation *simulation, const kt_model *open, double t, double *lost,
                                  kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
-    const size_t nv = simulation->size.nv;
     double flight = 0.0, approach = 0.0;
     kt_status status = KT_OK;
     int n = 0;
@@ -130,9 +118,9 @@ kt_status kt_contacts_accumulate(kt_simulation *simulation, const kt_model *open
             status = kt_contacts_apply_impact(simulation, t, lost, error);
         begin_flights(c);
         c->window -= fmin(flight, c->window);
-        flight = fly_to_impact(c, nv, c->window);
+        flight = fly_to_impact(c, c->window);
         if (flight > 0.0 && flight < tiny) {
-            take_smaller_unit(c, nv);
+            take_smaller_unit(c);
             flight /= unit;
         }
     }

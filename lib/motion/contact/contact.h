@@ -52,7 +52,7 @@ typedef struct kt_contact {
     X(int32_t, local, s->depends, "their positions in the rows of their group")                                        \
     X(double, reaction, s->rows, "multipliers of contacts that share their load")                                      \
     X(double, v, s->nv, "velocities behind impulses")                                                                  \
-    X(double, flight, s->nv, "accelerations between impacts that accumulate")                                          \
+    X(double, flight, s->nv, "scratch: accelerations")                                                                 \
     X(double, a, s->nv, "accelerations without the contacts")                                                          \
     X(kt_contact_island, island, s->islands, "of the model in which all contacts are closed")                          \
     X(int, rows, s->list, "the items that touch, those of a contact's friction twice, island by island")               \
@@ -448,8 +448,7 @@ KT_CHECKED kt_status kt_contacts_apply_impact(kt_simulation *simulation, double 
  * units per s. */
 double kt_contacts_find_rates(kt_simulation *simulation);
 /* Applies impacts that accumulate at the present instant, in the time c->window (accumulate.c). Then rows, W and rates
- * are those of the contacts that touch behind them. Requires the equations, and accelerations between the impacts in
- * c->flight. */
+ * are those of the contacts that touch behind them. Requires the equations. */
 KT_CHECKED kt_status kt_contacts_accumulate(kt_simulation *simulation, const kt_model *open, double t, double *lost,
                                             kt_error *error);
 /* Solves contact forces of the selected island, from the accelerations without contacts in c->a. Sets its closed and

@@ -263,15 +263,6 @@ static kt_status strike_open(kt_simulation *simulation, double t, kt_error *erro
     return status;
 }
 
-/* Finds the accelerations between impacts that accumulate: the accelerations of the present model. If friction wedges a
- * contact, no accelerations exist, and the flights are straight. */
-static void find_flight(kt_simulation *simulation, double t, const double *y) {
-    double *a = simulation->contacts->flight;
-    kt_error made = {0};
-    if (kt_simulation_accelerate(simulation, t, y, simulation->tau, simulation->external, a, &made) != KT_OK)
-        kt_clear(a, simulation->size.nv * sizeof *a);
-}
-
 /* Decides which contacts are closed from this instant on: their equations, those that touch, impacts and forces, and
  * the jump to the new state. */
 static kt_status resolve_once(kt_simulation *simulation, kt_error *error) {
@@ -284,8 +275,6 @@ static kt_status resolve_once(kt_simulation *simulation, kt_error *error) {
         simulation->event_memory[k].side = 1; /* gaps and reactions are not negative from now on */
     kt_simulation_clear_jump(simulation);
     kt_copy(c->v, y + simulation->size.nq, simulation->size.nv * sizeof(double));
-    if (c->window > 0.0)
-        find_flight(simulation, t, y);
     if (!(simulation->memory.own_time > 0.0))
         kt_contacts_begin_own_time(simulation, t, y);
     kt_status status = c->strikes ? strike_open(simulation, t, error) : KT_OK;
