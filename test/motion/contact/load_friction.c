@@ -10,7 +10,10 @@
 #include <string.h>
 
 #include "check.h"
+#include "evaluate/load_friction.h"
+#include "model/model.h"
 #include "motion/simulation/parsed.h"
+#include "random.h"
 
 static const double g = 9.81;
 
@@ -263,6 +266,22 @@ KT_TEST(light_nut_jams) {
     kt_check_contains("error", error.message, "jams");
 }
 
+/* With a little more inertia, the nut decelerates: J a = -(m g p - k m (g + p a)), of which k m p is 0.92 J. */
+KT_TEST(nut_that_almost_jams_decelerates) {
+    char text[800];
+    kt_parsed m;
+    double a[1];
+    kt_error error = {0};
+    const double k = 0.25 * 0.02 * 1.01 / (1.0 + 0.025), J = 1.1 * 100.0 * 0.002 * (k - 0.002);
+    print_jack(text, sizeof text, 0.25, J, 0.0, -3.0, "");
+    kt_parsed_make(&m, text);
+    const kt_run run = kt_run_fixed("dopri5", 0.0, 1.0);
+    kt_simulation *simulation = kt_test_simulation(m.model, &run, NULL);
+    kt_need_fine("acceleration", kt_simulation_acceleration(simulation, a, &error), &error);
+    const double expected = 100.0 * g * (k - 0.002) / (J + 100.0 * 0.002 * (0.002 - k));
+    kt_check_near("acceleration, rad/s^2", a[0], expected, 1e-12 * expected);
+}
+
 /* ---- a worm ------------------------------------------------------------------------------------------------------ */
 
 /* A worm of r_1 = 0.02 m with tan(gamma) = 0.2 and alpha = 20 deg. The wheel of 0.08 m has a torque of 20 N m. */
@@ -442,6 +461,12 @@ KT_TEST(forces_of_effects_contain_the_friction_of_this_state) {
         kt_worst_near(&worst, forces[k], c.tau[k], 1e-13 * (1.0 + fabs(c.tau[k])), "joint %d", k);
     kt_check_equal_int("another state", kt_effect_forces(c.m.model, c.m.data, 0.0, c.q, other, forces, &error),
                        KT_ERROR_ARGUMENT);
+    const double rest[4] = {0.0};
+    kt_need_fine("accelerations at rest",
+                 kt_acceleration_evaluate(c.m.model, c.m.data, 0.0, c.q, rest, NULL, NULL, c.a, &error), &error);
+    kt_need_fine("forces at rest", kt_effect_forces(c.m.model, c.m.data, 0.0, c.q, rest, forces, &error), &error);
+    for (int k = 0; k < 4; k++)
+        kt_check_near("friction at rest", forces[k], 0.0, 0.0);
 }
 
 /* ---- energy ------------------------------------------------------------------------------------------------------ */
@@ -467,4 +492,44 @@ KT_TEST(friction_from_a_load_accounts_for_its_energy) {
     const double a = acceleration_of_atwood(8.0, 4.0), s = 0.5 * a;
     const double rubs = 0.4 * 0.02 * (15.0 * g - 4.0 * a) * s / 0.1;
     kt_check_near("dissipated, J", last.work.dissipated, rubs, 1e-12 * rubs);
+}
+
+/* ---- the elimination --------------------------------------------------------------------------------------------- */
+
+/* Derivatives use its solutions, which no iteration corrects. */
+KT_TEST(steps_of_loads_solve_equations_of_several_frictions) {
+    enum { N = 4 };
+    char text[2048] = "kinetree: 1\nbodies:\n";
+    for (int pass = 0; pass < 2; pass++) {
+        (void)strcat(text, pass ? "effects:\n" : "");
+        for (int i = 0; i < N; i++) {
+            const size_t used = strlen(text);
+            (void)snprintf(text + used, sizeof text - used,
+                           pass ? "  - {name: f%d, type: joint_friction, joint: b%d, coefficient: 0.1, radius: 0.1}\n"
+                                : "  - {name: b%d, joint: {type: revolute}, mass: %d, inertia: [1, 1, 1]}\n",
+                           i, pass ? i : 1);
+        }
+    }
+    kt_parsed m;
+    kt_parsed_make(&m, text);
+    kt_data *data = kt_test_data(m.model);
+    kt_random random = kt_random_of_test();
+    KT_WORST error = kt_worst_make("solution");
+    kt_need(kt_check_equal_int("frictions", (int)m.model->n.loaded, N));
+    for (int k = 0; k < 100; k++) {
+        double x[N];
+        for (int i = 0; i < N; i++) {
+            x[i] = kt_random_uniform(&random, -1.0, 1.0);
+            data->load_residual[i] = 0.0;
+        }
+        for (int j = 0; j < N; j++)
+            for (int i = 0; i < N; i++) {
+                data->load_matrix[j * N + i] = (i == j ? 4.0 : 0.0) + kt_random_uniform(&random, -1.0, 1.0);
+                data->load_residual[i] += data->load_matrix[j * N + i] * x[j];
+            }
+        kt_error made = {0};
+        kt_need_fine("solves", kt_loads_solve(m.model, data, &(kt_dynamic_state){.t = 0.0}, &made), &made);
+        for (int i = 0; i < N; i++)
+            kt_worst_near(&error, data->load_residual[i], x[i], 1e-14, "equations %d", k);
+    }
 }

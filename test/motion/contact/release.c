@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "check.h"
+#include "model/switching.h"
 #include "motion/simulation/parsed.h"
 
 enum { SLIDERS = 2, METHODS = 4 };
@@ -350,6 +351,27 @@ KT_TEST(released_friction_of_a_compiled_model_is_rejected) {
         kt_check_equal_int("rejected", accelerate(model, rates[i], a, &error), KT_ERROR_UNSUPPORTED);
         kt_check_contains("words", error.message, "it is released at first");
     }
+}
+
+/* A set of switches lets friction slip forwards or backwards, and has its force in this direction alone. */
+KT_TEST(friction_slips_in_the_direction_of_the_set_alone) {
+    scene s;
+    scene_make(&s);
+    s.effect[0].switching = s.effect[1].switching = KT_ALWAYS_ON;
+    kt_model_options options = kt_model_options_default();
+    options.contact_switches = 2 * SLIDERS;
+    const kt_model *model = kt_test_model(&s.description, &options);
+    for (int back = 0; back < 2; back++)
+        for (int sense = -1; sense <= 1; sense++) {
+            const uint64_t set = back ? kt_switch_bits(model, kt_effect_switch(model, 0)) : 0;
+            const double v[SLIDERS] = {sense, 1.0};
+            const bool fits = sense == (back ? -1 : 1);
+            double a[SLIDERS] = {0.0};
+            kt_error error = {0};
+            const kt_status status = accelerate(kt_model_switched(model, set), v, a, &error);
+            kt_check_equal_int(back ? "backwards" : "forwards", status, fits ? KT_OK : KT_ERROR_UNSUPPORTED);
+            kt_check_near("acceleration, m/s^2", a[0], fits ? -sense * coulomb : 0.0, 1e-15);
+        }
 }
 
 /* The remedy, the model of a simulation, has the friction that acts: none at first, and then that of both sliders. */

@@ -76,27 +76,47 @@ KT_TEST(steps_with_derivatives_reject_the_same_gaps_in_all_units) {
     }
 }
 
-/* The status of an acceleration of the model without closed contacts. */
-static kt_status status_of_acceleration(double length, double q, double v) {
+/* The status of an acceleration of the model without closed contacts, above a stop, or below one in the mirror. */
+static kt_status status_of_acceleration(double length, double sense, double q, double v) {
+    const double position = sense * q, velocity = sense * v;
     subject s;
     make_subject(length, &s);
+    if (sense < 0.0) {
+        s.stop.lower = -(double)INFINITY;
+        s.stop.upper = 0.0;
+    }
     s.description.effects = &s.stop;
     s.description.effect_count = 1;
     const kt_model *model = kt_test_model(&s.description, NULL);
     double a;
     kt_error error = {0};
-    return kt_acceleration_evaluate(model, kt_test_data(model), 0.0, &q, &v, NULL, NULL, &a, &error);
+    return kt_acceleration_evaluate(model, kt_test_data(model), 0.0, &position, &velocity, NULL, NULL, &a, &error);
 }
 
 KT_TEST(accelerations_are_rejected_in_the_same_states_in_all_units) {
-    for (int k = 0; k < LENGTHS; k++) {
-        const double length = lengths[k];
-        kt_check_equal_int("a gap", status_of_acceleration(length, 1e-5 * length, 0.0), KT_OK);
-        kt_check_equal_int("touches", status_of_acceleration(length, 1e-10 * length, 0.0), KT_ERROR_UNSUPPORTED);
-        kt_check_equal_int("parts", status_of_acceleration(length, 0.0, 1e-7 * length), KT_OK);
-        kt_check_equal_int("parts by rounding", status_of_acceleration(length, 0.0, 1e-10 * length),
-                           KT_ERROR_UNSUPPORTED);
+    static const kt_status none = KT_OK, touches = KT_ERROR_UNSUPPORTED;
+    for (int k = 0; k < 2 * LENGTHS; k++) {
+        const double L = lengths[k / 2], sense = k % 2 ? -1.0 : 1.0;
+        kt_check_equal_int("a gap", status_of_acceleration(L, sense, 1e-5 * L, 0.0), none);
+        kt_check_equal_int("touches", status_of_acceleration(L, sense, 1e-10 * L, 0.0), touches);
+        kt_check_equal_int("parts", status_of_acceleration(L, sense, 0.0, 1e-7 * L), none);
+        kt_check_equal_int("parts by rounding", status_of_acceleration(L, sense, 0.0, 1e-10 * L), touches);
     }
+}
+
+KT_TEST(contacts_that_are_released_from_the_start_have_no_gap) {
+    subject s;
+    make_subject(1.0, &s);
+    s.stop.switching = KT_SWITCHED_OFF;
+    s.description.effects = &s.stop;
+    s.description.effect_count = 1;
+    const kt_model *model = kt_test_model(&s.description, NULL);
+    const double q = -1.0, v = -1.0;
+    double a = 0.0;
+    kt_error error = {0};
+    kt_fine("below the stop", kt_acceleration_evaluate(model, kt_test_data(model), 0.0, &q, &v, NULL, NULL, &a, &error),
+            &error);
+    kt_check_near("falls, m/s^2", a, -10.0, 1e-14);
 }
 
 /* The status of a switch that closes the lock over a gap. */
