@@ -11,7 +11,7 @@
  *
  *     g + u s
  *
- * since accelerations within this time are small beside speeds above those of rest.
+ * since accelerations hardly change speeds above those of rest within this time.
  *
  * The next impact is that of the gap which closes first. It obeys the law of impact.c with the rows whose gaps are
  * zero. Gaps shrink faster than speeds, and would underflow: gaps, the window and times are then all measured in a unit
@@ -55,11 +55,9 @@ static void clear_gaps(const kt_simulation *simulation) {
 
 /* Lets contacts fly that part, or that do not touch. Contacts that touch and rest stay. */
 static void begin_flights(struct kt_contacts *c) {
-    for (int k = 0; k < c->sides; k++) {
-        c->gap[k] = fmax(c->gap[k], 0.0);
+    for (int k = 0; k < c->sides; k++)
         c->item[k].flies =
             !c->item[k].spared && !kt_contact_is_released(&c->item[k]) && (c->gap[k] > 0.0 || rate_of_gap(c, k) > 0.0);
-    }
 }
 
 /* Moves all gaps up to the next impact. Returns its time, or HUGE_VAL if none follows within the rest of the window. */
