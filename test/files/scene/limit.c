@@ -15,11 +15,12 @@
 #include "collect.h"
 #include "document/file.h"
 #include "document/node.h"
+#include "random.h"
 #include "sanitized.h"
 #include "scene/scene_reader.h"
 
-/* Under sanitizers, which make a file of ten million bytes take ten times as long, the largest are smaller. */
-enum { FEWER = KT_ADDRESS_SANITIZER ? 10 : 1 };
+/* The largest files are smaller in the quick tier, and under sanitizers, which take ten times as long. */
+enum { FEWER = KT_ADDRESS_SANITIZER ? 10 : KT_SHORT(4, 1) };
 
 /* A text that grows. */
 typedef struct growing {

@@ -223,7 +223,7 @@ static void link_bodies(masks_scene *s, kt_loop *link) {
 }
 
 /* A scene takes as long as two of other tests. */
-static int scenes_to_bridge(void) { return kt_sample(KT_SHORT(SCENES, 2 * SCENES)) / 2; }
+static int scenes_to_bridge(void) { return kt_sample(KT_SHORT(3 * SCENES / 4, 2 * SCENES)) / 2; }
 
 static void compare_with_whole(const char *method, bool rough, bool linked, double bound) {
     kt_random random = kt_random_of_test();

@@ -129,7 +129,7 @@ KT_TEST(sliding_rods_are_not_wedged) {
  * length. Unless such steps are repeated, heun gains up to 8 mJ in a tick, and rk4 0.12 J. */
 KT_TEST(fixed_steps_of_sliding_rods_gain_no_energy) {
     static const uint64_t seeds[] = {3, 7, 9};
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < KT_SHORT(1, 3); i++) {
         slide_rods("heun", 1e-3, 1e-5, seeds[i]);
         slide_rods("rk4", 5e-3, 1e-8, seeds[i]);
     }
