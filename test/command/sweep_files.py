@@ -57,7 +57,9 @@ def kept():
     run("bounce.yaml", "--vary", "g=1:20:100", "--quiet", "--out", "i.csv", "--keep", "i.h5")
     long, records = pathlib.Path("i.csv").read_bytes(), pathlib.Path("i.h5").read_bytes()
     process = subprocess.Popen([command, "sweep", "bounce.yaml", "--vary", "g=1:20:100", "--quiet", "--jobs", "1", "--out", "i.csv", "--keep", "i.h5"])
-    time.sleep(0.02)
+    partial = pathlib.Path("i.h5.partial")
+    while process.poll() is None and not (partial.exists() and partial.stat().st_size > 0):
+        time.sleep(0.001)
     process.send_signal(signal.SIGKILL)
     process.wait()
     with open("i.h5.partial", "ab") as file:  # the end of a run that was not finished
