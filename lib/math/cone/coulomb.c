@@ -326,28 +326,15 @@ static bool is_loose(const kt_coulomb *c, kt_coulomb_solution *to, int i) {
     return spins;
 }
 
-/* Closes contacts that are loose, if all can stick. Otherwise counts a second solution. */
-static void close_loose(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to) {
-    kt_coulomb_solution *closed = solver->other;
-    bool may_stick = true;
-    int first = -1;
-    kt_coulomb_copy(c, to, closed);
+/* Counts a second solution if a contact is loose. */
+static void count_loose(const kt_coulomb *c, kt_coulomb_solution *to) {
     for (int i = 0; i < c->n; i++)
-        if (is_loose(c, closed, i)) {
-            closed->mode[i] = KT_COULOMB_STICK;
-            may_stick = may_stick && (c->item[i].rejected & 1U << KT_COULOMB_STICK) == 0;
-            first = first < 0 ? i : first;
+        if (is_loose(c, to, i)) {
+            to->count = 2;
+            to->redundant = true;
+            to->differs = i;
+            return;
         }
-    if (first < 0)
-        return;
-    if (may_stick && kt_coulomb_stick(c, closed)) {
-        kt_coulomb_copy(c, closed, to);
-        to->count = 1;
-        return;
-    }
-    to->count = 2;
-    to->redundant = true;
-    to->differs = first;
 }
 
 /* Makes all items stick or close; items that cannot do so remain unchanged. Impulses are zero if the matrices have no
@@ -422,12 +409,7 @@ static bool solve_moving(kt_coulomb *c, kt_coulomb_solver *solver, bool independ
     if (!independent)
         return true;
     found = make_independent(c, solver, solution, steps);
-    if (!found) {
-        kt_coulomb_copy(c, other, solution);
-        solution->count = 1;
-        found = again && make_independent(c, solver, solution, steps);
-    }
-    close_loose(c, solver, solution);
+    count_loose(c, solution);
     solution->shares = solution->shares || (kt_coulomb_fits(c, solution) && kt_coulomb_shares(c, solution));
     return found;
 }

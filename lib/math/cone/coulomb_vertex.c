@@ -110,24 +110,19 @@ void kt_coulomb_find_vertex(const kt_coulomb *c, kt_coulomb_solution *to) {
     }
 }
 
-/* Removes from a row the part along n independent rows (c->nonzero), in the metric of W. Returns the square of the
- * remainder relative to the square of the row. A: the rows of the Cholesky factor of the independent rows, to which the
- * row is added. */
-static double add_row(const kt_coulomb *c, int n, int row) {
+/* Adds a row to n independent rows (c->nonzero), unless the row depends on these: its remainder in the metric of W is
+ * rounding. Returns their number. The rows of their Cholesky factor are those of c->system->A. */
+static int add_independent_row(const kt_coulomb *c, int n, int row) {
+    static const double apart = 1e-9;
     const int width = c->system->width;
-    double *L = kt_coulomb_matrix_row(c->system->A, n, width), left = kt_coulomb_entry(c, row, row);
-    const double square = left;
-    for (int j = 0; j < n; j++) {
-        const double *other = kt_coulomb_matrix_row(c->system->A, j, width);
-        double sum = kt_coulomb_entry(c, row, c->nonzero[j]);
-        for (int k = 0; k < j; k++)
-            sum -= L[k] * other[k];
-        L[j] = sum / other[j];
-        left -= L[j] * L[j];
-    }
+    double *L = kt_coulomb_matrix_row(c->system->A, n, width);
+    const double square = kt_coulomb_entry(c, row, row);
+    for (int j = 0; j < n; j++)
+        L[j] = kt_coulomb_entry(c, row, c->nonzero[j]);
+    const double left = kt_cholesky_add_row(c->system->A, width, n, square);
     L[n] = sqrt(fmax(left, 0.0));
     c->nonzero[n] = row;
-    return left / square;
+    return left / square > apart ? n + 1 : n;
 }
 
 int kt_coulomb_held_rows(const kt_coulomb *c, const kt_coulomb_solution *to, int i, bool slip) {
@@ -139,24 +134,26 @@ int kt_coulomb_held_rows(const kt_coulomb *c, const kt_coulomb_solution *to, int
     return type == KT_COULOMB_CONE && (sticks || slip) ? 3 : 1;
 }
 
-static const double apart = 1e-9;
+/* The number of independent rows that all items hold, except item i (-1: all of them). *all: of all these rows. */
+static int count_independent(const kt_coulomb *c, const kt_coulomb_solution *to, int i, bool slip, int *all) {
+    int n = *all = 0;
+    for (int j = 0; j < c->n; j++)
+        for (int k = 0; j != i && k < kt_coulomb_held_rows(c, to, j, slip); k++, ++*all)
+            n = add_independent_row(c, n, kt_coulomb_row_of(&c->item[j], k));
+    return n;
+}
 
 bool kt_coulomb_shares(const kt_coulomb *c, const kt_coulomb_solution *to) {
-    int n = 0, all = 0;
-    for (int j = 0; j < c->n; j++)
-        for (int k = 0; k < kt_coulomb_held_rows(c, to, j, false); k++, all++)
-            n += add_row(c, n, kt_coulomb_row_of(&c->item[j], k)) > apart;
-    return n < all;
+    int all;
+    return count_independent(c, to, -1, false, &all) < all;
 }
 
 bool kt_coulomb_is_held(const kt_coulomb *c, const kt_coulomb_solution *to, int i, int rows, bool slip) {
     assert(i >= 0 && i < c->n && rows >= 0 && rows <= 3);
-    int n = 0;
-    for (int j = 0; j < c->n; j++)
-        for (int k = 0; j != i && k < kt_coulomb_held_rows(c, to, j, slip); k++)
-            n += add_row(c, n, kt_coulomb_row_of(&c->item[j], k)) > apart;
+    int all;
+    const int n = count_independent(c, to, i, slip, &all);
     for (int k = 0; k < rows; k++)
-        if (add_row(c, n, kt_coulomb_row_of(&c->item[i], k)) > apart)
+        if (add_independent_row(c, n, kt_coulomb_row_of(&c->item[i], k)) > n)
             return false;
     return true;
 }

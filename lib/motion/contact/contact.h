@@ -155,7 +155,6 @@ struct kt_contacts {
     bool jams;              /* friction wedges a contact that slips: an impulse stops it */
     bool releases, holds;   /* friction wedges a contact: that one is released, or all that are held stick */
     bool holds_slow;        /* with `holds`: all are held that slip about as fast as `wedged`, or slower */
-    bool frees;             /* contacts that are held at rest may slip, since no reactions hold them */
     int wedged;             /* the contact that friction wedges */
     bool unchecked;         /* contacts were decided at the present time (certificate.c) */
     bool strikes;           /* speeds of drives jump: contacts that are closed do not bounce */

@@ -310,11 +310,9 @@ static bool is_wedged(kt_simulation *simulation) {
            made.code == KT_ERROR_SINGULAR;
 }
 
-/* Lets slip that is no faster than its rest velocity come to rest. Returns whether any does, or other contacts are
- * closed from now on. */
+/* Lets slip that is no faster than its rest velocity come to rest. Returns whether any does. */
 static bool stop_slow_slip(kt_simulation *simulation) {
     struct kt_contacts *c = simulation->contacts;
-    const kt_model *before = simulation->model;
     kt_contact_counts *counts = &simulation->memory.contacts;
     const uint64_t sticks = counts->sticks;
     kt_error made = {0};
@@ -326,7 +324,7 @@ static bool stop_slow_slip(kt_simulation *simulation) {
     c->stops = false;
     const bool rests = status == KT_OK && counts->sticks > sticks;
     counts->rested += rests;
-    return rests || (status == KT_OK && simulation->model != before);
+    return rests;
 }
 
 /* Frees the contact that friction wedged in the last evaluation. A contact wedges if it slips, and no normal force
@@ -373,15 +371,9 @@ bool kt_contacts_free_wedged(kt_simulation *simulation, int *attempt) {
     return status == KT_OK;
 }
 
-/* Contacts that are held at rest remain held, unless no reactions hold them. */
 static kt_status resolve_contacts(kt_simulation *simulation, kt_error *error) {
     kt_status status = resolve_once(simulation, error);
     int attempt = 0;
-    if (status != KT_OK && kt_contacts_hold_any(simulation)) {
-        simulation->contacts->frees = true;
-        status = resolve_once(simulation, error);
-        simulation->contacts->frees = false;
-    }
     while (status == KT_OK && is_wedged(simulation) && kt_contacts_free_wedged(simulation, &attempt)) {
     }
     return status;

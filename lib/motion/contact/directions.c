@@ -31,8 +31,7 @@
  * step, and is not faster than its rest velocity, ends. All slip that reverses below this speed comes to rest if
  * friction can hold it.
  *
- * A held contact stays at rest while other contacts change, unless no reactions hold it. Otherwise the turns of another
- * foot would end its rest.
+ * A held contact stays at rest while other contacts change. Otherwise the turns of another foot would end its rest.
  *
  * Reactions of the corners of a foot are not unique. Several corners may be at their limits. If one of these corners
  * slips, the next evaluated reactions may exceed the limit of another corner, which then slips in place of the first
@@ -341,10 +340,8 @@ static bool slip_hovers(const kt_simulation *simulation, int k) {
 static kt_status resolve_between(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     c->holds = true;
-    kt_status status = kt_phase_settle(simulation, error);
+    const kt_status status = kt_phase_settle(simulation, error);
     c->holds = false;
-    if (status != KT_OK)
-        status = kt_phase_settle(simulation, error);
     return status;
 }
 

@@ -275,9 +275,8 @@ static void add_coulomb_contact(kt_coulomb *p, const kt_simulation *simulation, 
         return;
     const double *slip = u + p->line[item->across], speed = kt_hypot(slip[0], slip[1]);
     const double rest = c->rest_rate[c->item[c->list[line]].of];
-    const bool is_held =
-        (c->holds || (!c->frees && speed <= rest)) &&
-        kt_integrator_time(simulation->integrator) < simulation->contact_state[c->item[c->list[line]].of].held;
+    const bool is_held = (c->holds || speed <= rest) && kt_integrator_time(simulation->integrator) <
+                                                            simulation->contact_state[c->item[c->list[line]].of].held;
     item->friction *= is_held ? kt_contact_holding : 1.0;
     const double stops =
         fmax(kt_contact_loop(simulation, line)->rest_velocity, simulation->contact_state[c->list[line]].stops_below);
@@ -303,20 +302,21 @@ static void add_dry(kt_coulomb *p, const kt_simulation *simulation, int line, bo
     item->rejected = leaving && friction->leaves ? 1U << KT_COULOMB_STICK : 0;
 }
 
-/* Sets the rows that take part, and their accelerations without reactions. leaving: contacts that leave have no
- * reaction, and friction that leaves does not stick. strict: contacts that part more slowly than their rest velocity
- * are left out, too. */
-static kt_coulomb *set_problem(const kt_simulation *simulation, const double *W, const double *u, bool leaving,
-                               bool strict) {
+/* Sets the rows that take part, and their accelerations without reactions. In attempt 0, contacts that leave have no
+ * reaction, and friction that leaves does not stick. In attempt 1, leaving contacts may stay, since forces have been
+ * redistributed. In attempt 2, contacts that part more slowly than their rest velocity are left out, too: corners of a
+ * body that part at different speeds cannot always rest together, since their rates are not those of rest. */
+static kt_coulomb *set_problem(const kt_simulation *simulation, const double *W, const double *u, int attempt) {
     struct kt_contacts *c = simulation->contacts;
     double size;
     kt_coulomb *p = begin_coulomb(c, W);
     for (int i = 0; i < c->resting; i++) {
         (void)kt_contact_rate(c, W, i, &size);
         if (i >= c->meeting && fabs(c->v[c->item[c->list[i]].v]) <= c->rest_rate[c->list[i]])
-            add_dry(p, simulation, i, leaving);
-        else if (i < c->meeting && u[i] <= fmax(strict ? 0.0 : kt_contact_rest(simulation, W, i), rounding * size))
-            add_coulomb_contact(p, simulation, i, u, leaving);
+            add_dry(p, simulation, i, attempt == 0);
+        else if (i < c->meeting &&
+                 u[i] <= fmax(attempt == 2 ? 0.0 : kt_contact_rest(simulation, W, i), rounding * size))
+            add_coulomb_contact(p, simulation, i, u, attempt == 0);
     }
     for (int k = 0; k < p->n; k++) {
         kt_coulomb_item *item = &p->item[k];
@@ -407,9 +407,9 @@ static bool any_comes_to_rest(const struct kt_contacts *c, const double *u) {
 }
 
 /* Solves the problem of set_problem. Returns whether there is a solution. */
-static bool solve_problem(kt_simulation *simulation, const double *W, const double *u, bool leaving, bool strict) {
+static bool solve_problem(kt_simulation *simulation, const double *W, const double *u, int attempt) {
     struct kt_contacts *c = simulation->contacts;
-    return kt_coulomb_solve(set_problem(simulation, W, u, leaving, strict), c->solver, true, c->solution,
+    return kt_coulomb_solve(set_problem(simulation, W, u, attempt), c->solver, true, c->solution,
                             &simulation->memory.contacts.pivots);
 }
 
@@ -486,7 +486,7 @@ static int count_beginning(const struct kt_contacts *c) {
 /* Solves the problem with the predictions of steps, from a solution in present directions. Returns false if this has no
  * solution, or if a contact sticks that begins to slip in present directions: steps in which the contact sticks predict
  * less slip, and would let it slip again. */
-static bool solve_predicted(kt_simulation *simulation, const double *W, const double *u, bool leaving, bool strict) {
+static bool solve_predicted(kt_simulation *simulation, const double *W, const double *u, int attempt) {
     struct kt_contacts *c = simulation->contacts;
     const bool wide = kt_contacts_predict_wide(simulation);
     const int begin = count_beginning(c);
@@ -494,9 +494,9 @@ static bool solve_predicted(kt_simulation *simulation, const double *W, const do
         return true;
     if (!wide)
         limit_prediction_times(simulation, u, c->solver->other);
-    bool found = solve_problem(simulation, W, u, leaving, strict);
+    bool found = solve_problem(simulation, W, u, attempt);
     for (int i = 0; found && i < PREDICTIONS && !wide && find_fading_slip(c, u); i++)
-        found = solve_problem(simulation, W, u, leaving, strict);
+        found = solve_problem(simulation, W, u, attempt);
     return found && (wide || count_beginning(c) >= begin);
 }
 
@@ -504,23 +504,23 @@ static bool solve_predicted(kt_simulation *simulation, const double *W, const do
  * predict. If there is no solution in predicted directions, present directions are used. In the solution, slow slip
  * that may stop is at rest. If friction holds none of this slip, slip continues in its present directions, since the
  * directions in which slip would begin from rest may have other reactions, and press other contacts. If these have no
- * solution either, the solve before is repeated, whose problem and solution the caller uses. leaving, strict: as in
+ * solution either, the solve before is repeated, whose problem and solution the caller uses. attempt: as in
  * set_problem. */
-static bool solve_attempt(kt_simulation *simulation, const double *W, const double *u, bool leaving, bool strict) {
+static bool solve_attempt(kt_simulation *simulation, const double *W, const double *u, int attempt) {
     struct kt_contacts *c = simulation->contacts;
     const bool stops = c->stops;
     kt_clear(c->ahead, (size_t)c->resting * sizeof *c->ahead);
-    bool found = solve_problem(simulation, W, u, leaving, strict);
-    if (found && !solve_predicted(simulation, W, u, leaving, strict)) {
+    bool found = solve_problem(simulation, W, u, attempt);
+    if (found && !solve_predicted(simulation, W, u, attempt)) {
         kt_clear(c->ahead, (size_t)c->resting * sizeof *c->ahead);
-        found = solve_problem(simulation, W, u, leaving, strict);
+        found = solve_problem(simulation, W, u, attempt);
     }
     if (!found || !stops || any_comes_to_rest(c, u))
         return found;
     c->stops = false;
-    found = solve_problem(simulation, W, u, leaving, strict);
+    found = solve_problem(simulation, W, u, attempt);
     c->stops = stops;
-    return found || solve_problem(simulation, W, u, leaving, strict);
+    return found || solve_problem(simulation, W, u, attempt);
 }
 
 /* Counts a solution that is one of several motions. */
@@ -551,18 +551,11 @@ kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, const do
                                    kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_contact_counts *counts = &simulation->memory.contacts;
-    bool found = false, leaving = false;
+    bool found = false;
     if (c->holds_slow)
         hold_slow_slip(simulation, u);
-    for (int i = 0; i < c->touching; i++)
-        leaving = leaving || c->item[c->list[i]].leaves;
-    /* The second attempt lets leaving contacts stay, since forces have been redistributed. Third attempt: corners of a
-     * body may part at different speeds below the rest velocity. They cannot always rest together, since their rates
-     * are not those of rest. Then they part. */
     for (int attempt = 0; attempt < 3 && !found; attempt++) {
-        if (attempt == 1 && !leaving)
-            continue;
-        found = solve_attempt(simulation, W, u, attempt == 0, attempt == 2) && !closes_released(c);
+        found = solve_attempt(simulation, W, u, attempt) && !closes_released(c);
     }
     if (!found)
         return kt_contacts_reject(simulation, t, "reactions", error);

@@ -191,26 +191,16 @@ static bool is_slower_than_rest(const kt_simulation *simulation, int k) {
            fmax(kt_contact_loop(simulation, k)->rest_velocity, kt_contact_resting(simulation, c->list[k]));
 }
 
-/* The margin is the rounding of the gap in row k, if the contact parts no faster than its rest velocity. Without this
- * margin, rounding would close the contact again and again, such as the fourth corner of a foot that three corners
- * hold. The margin also applies behind eight instants at the same time, if no contact of the island approaches: two
- * corners that part would close in turn without end, each by the rounding of its gap. The margin is 0 if the contact
- * bounces. */
-static double margin_of_gap(const kt_simulation *simulation, int k) {
-    static const uint64_t instants = 8; /* in a row, at once */
-    const struct kt_contacts *c = simulation->contacts;
-    const bool has_closed_by_rounding = simulation->memory.event_row >= instants && !(c->selected->approach > 0.0);
-    return has_closed_by_rounding || is_slower_than_rest(simulation, k) ? rounding_of_gap(simulation, k) : 0.0;
-}
-
 /* The event at which a contact meets leaves a gap: the error of the event's time, multiplied by the speed. If dry
  * friction holds such a contact, nothing closes this gap. It may exceed the gaps that touch, but the contact touches
- * until it parts. Therefore a gap above half of those that touch moves the boundary with it (kt_contact_touches). */
+ * until it parts. Therefore a gap above half of those that touch moves the boundary with it (kt_contact_touches). Less
+ * the rounding of the gap: otherwise rounding would close the contact again and again, such as the fourth corner of a
+ * foot that three corners hold. */
 double kt_contact_closing_gap(const kt_simulation *simulation, int k) {
     const struct kt_contacts *c = simulation->contacts;
     const double gap = c->gap[c->list[k]], below = 0.5 * kt_contact_touching * c->item[c->list[k]].unit;
-    const double shift = is_slower_than_rest(simulation, k) ? fmax(gap - below, 0.0) : 0.0;
-    return fmin(shift, gap) - margin_of_gap(simulation, k);
+    return is_slower_than_rest(simulation, k) ? fmin(fmax(gap - below, 0.0), gap) - rounding_of_gap(simulation, k)
+                                              : fmin(0.0, gap);
 }
 
 /* The error of the gap of row k that adaptive steps may make: the largest tolerance of a position in it. */
