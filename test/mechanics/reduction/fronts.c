@@ -10,7 +10,8 @@
 #include <math.h>
 #include <stdio.h>
 
-enum { FEWER = KT_ADDRESS_SANITIZER ? 4 : 1 }; /* of random mechanisms a share is enough for sanitizers */
+/* Of random mechanisms a share is enough for the quick tier, and for sanitizers. */
+enum { FEWER = KT_SHORT(8, KT_ADDRESS_SANITIZER ? 4 : 1) };
 
 /* The mechanism's state with the other reduction. */
 typedef struct pair {
