@@ -118,12 +118,86 @@ static double bound_of(const kt_moreau *m, int i) {
     return m->e[i] > 0.0 ? -m->e[i] * m->begin[m->first[i]] : m->bound[i];
 }
 
-/* Solves for the chosen items with the present restitutions. Returns false if there is no finite solution. */
-static bool solve_once(kt_simulation *simulation, int count) {
+/* Stores the impulses of the chosen items, and finds the velocities at the end with them. */
+static void add_impulses_of_chosen(kt_simulation *simulation, int count) {
     const struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
     const int32_t *coordinate = c->all->island_coordinate + c->selected->of->v;
-    const double *free = m->y + simulation->size.nq;
+    for (int j = 0; j < c->selected->of->v_count; j++)
+        m->after[coordinate[j]] = m->y[simulation->size.nq + (size_t)coordinate[j]];
+    for (int j = 0; j < count; j++) {
+        const int i = m->chosen[j];
+        kt_copy(m->p + 3 * i, m->impulse + 3 * j, 3 * sizeof *m->p);
+        for (int k = 0; k < kt_moreau_rows(m, i); k++)
+            kt_moreau_add_response(simulation, i, k, m->p[3 * i + k], m->after);
+    }
+}
+
+/* ---- rest -------------------------------------------------------------------------------------------------------- */
+
+/* Coulomb's law may permit motion and rest in the same state (Painleve). As with events, contacts at rest then remain
+ * at rest. The cone solver stays near its start, the impulses of the step before, so rest continues by itself. Where it
+ * has begun to move, rest is sought as a problem of statics (cone/statics.h). */
+
+/* Whether the chosen items are at rest at the beginning of the step, but not at its end. Rates of rows i have different
+ * units, so that each is compared in the metric of W: |u_i| / sqrt(W_ii). */
+static bool begins_to_move(const kt_simulation *simulation, int count) {
+    static const double still = 1e-6; /* of the rates that forces cause within the step */
+    const struct kt_contacts *c = simulation->contacts;
+    const kt_moreau *m = simulation->moreau;
+    double before = 0.0, after = 0.0, forced = 0.0;
+    for (int j = 0; j < count; j++)
+        for (int k = 0; k < kt_moreau_rows(m, m->chosen[j]); k++) {
+            const int r = m->first[m->chosen[j]] + k, i = r - c->selected->row;
+            const double own = kt_moreau_entry(c, i, i), unit = own > 0.0 ? sqrt(own) : HUGE_VAL;
+            const double bound = k == 0 && m->limit[m->chosen[j]] < 0.0 ? bound_of(m, m->chosen[j]) : 0.0;
+            const double end = kt_contacts_rate(c, c->rows[r], c->components[r], m->after) - bound;
+            before = fmax(before, fabs(m->begin[r]) / unit);
+            after = fmax(after, fabs(end) / unit);
+            forced = fmax(forced, fabs(m->free[r] - m->begin[r]) / unit);
+        }
+    return before <= still * forced && after > still * forced;
+}
+
+static double rest_entry(const void *user, int line, int column) { return kt_moreau_entry(user, line, column); }
+
+/* Finds impulses with which the chosen items are at rest at the end of the step: the least ones. */
+static bool find_rest_of_chosen(kt_simulation *simulation, int count) {
+    struct kt_contacts *c = simulation->contacts;
+    const kt_moreau *m = simulation->moreau;
+    kt_coulomb *p = c->problem;
+    if (p == NULL)
+        return false;
+    p->n = p->rows = 0;
+    p->W = NULL;
+    p->entry = rest_entry;
+    p->user = c;
+    for (int j = 0; j < count; j++) {
+        const int i = m->chosen[j], rows = kt_moreau_rows(m, i);
+        kt_coulomb_item *item = &p->item[p->n++];
+        *item = (kt_coulomb_item){.type = rows == 3           ? KT_COULOMB_CONE
+                                          : m->limit[i] < 0.0 ? KT_COULOMB_FRICTIONLESS
+                                                              : KT_COULOMB_DRY,
+                                  .row = p->rows,
+                                  .across = p->rows + 1,
+                                  .friction = rows == 3 ? m->mu[i] : fmax(m->limit[i], 0.0)};
+        for (int k = 0; k < rows; k++) {
+            p->line[p->rows] = m->first[i] + k - c->selected->row;
+            p->b[p->rows++] = m->b[3 * j + k];
+            item->size = fmax(item->size, fabs(m->free[m->first[i] + k]));
+        }
+    }
+    if (!kt_coulomb_find_rest(p, c->solution, false))
+        return false;
+    for (int j = 0; j < count; j++)
+        for (int k = 0; k < kt_coulomb_rows(&p->item[j]); k++)
+            m->impulse[3 * j + k] = c->solution->p[kt_coulomb_row_of(&p->item[j], k)];
+    return true;
+}
+
+/* Solves for the chosen items with the present restitutions. Returns false if there is no finite solution. */
+static bool solve_once(kt_simulation *simulation, int count) {
+    kt_moreau *m = simulation->moreau;
     kt_clear(m->b, 3 * (size_t)count * sizeof *m->b);
     for (int j = 0; j < count; j++) {
         const int i = m->chosen[j];
@@ -135,16 +209,12 @@ static bool solve_once(kt_simulation *simulation, int count) {
         kt_copy(m->impulse + 3 * j, m->p + 3 * i, 3 * sizeof *m->p);
     }
     const kt_cone_result result = solve_cones(simulation, count, false, m->impulse);
-    m->counts.failures += !(result.residual <= enough);
-    for (int j = 0; j < c->selected->of->v_count; j++)
-        m->after[coordinate[j]] = free[coordinate[j]];
-    for (int j = 0; j < count; j++) {
-        const int i = m->chosen[j];
-        kt_copy(m->p + 3 * i, m->impulse + 3 * j, 3 * sizeof *m->p);
-        for (int k = 0; k < kt_moreau_rows(m, i); k++)
-            kt_moreau_add_response(simulation, i, k, m->p[3 * i + k], m->after);
-    }
-    return isfinite(result.residual);
+    add_impulses_of_chosen(simulation, count);
+    const bool rests = begins_to_move(simulation, count) && find_rest_of_chosen(simulation, count);
+    if (rests)
+        add_impulses_of_chosen(simulation, count);
+    m->counts.failures += !rests && !(result.residual <= enough);
+    return rests || isfinite(result.residual);
 }
 
 static kt_status reject_step(const kt_simulation *simulation, const kt_moreau_island *island, kt_error *error) {

@@ -7,6 +7,7 @@
 #include "contact/moreau.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -109,6 +110,34 @@ KT_TEST(contacts_of_two_links_of_one_branch_come_to_rest) {
     kt_check_below("speed", fmax(fabs(v[0]), fabs(v[1])), 1e-12);
     kt_check_below("penetration in a step", counts.penetration, 1e-5);
     kt_check_equal_int("failures", (long long)counts.failures, 0);
+}
+
+/* A square plate with its feet in the plane of its centre of mass lies on a slope. Two feet on a diagonal are rough,
+ * the others are smooth. The rough feet may bear any part of the load, up to the whole. So rest exists up to the slope
+ * tan a = mu, and the plate rests. If the rough feet bear no more than half, the plate slides from tan a = mu / 2. */
+KT_TEST(a_plate_rests_if_any_distribution_of_its_load_permits_rest) {
+    static const double mu = 0.8, parts[] = {0.3, 0.7, 0.95, 1.05};
+    for (int i = 0; i < 4; i++) {
+        char text[1024];
+        kt_stepped s;
+        const double slope = atan(parts[i] * mu), step = 1e-3;
+        (void)snprintf(text, sizeof text,
+                       "kinetree: 1\ngravity: [%.17g, 0, %.17g]\nbodies:\n"
+                       "  - {name: b, joint: {type: free}, mass: 2, inertia: [0.1, 0.1, 0.2],\n"
+                       "     markers: {p: [1, 0.3, 0], q: [-0.3, 1, 0], r: [-1, -0.3, 0], s: [0.3, -1, 0]}}\neffects:\n"
+                       "  - {name: p, type: contact, point: b.p, plane: {body: world}, restitution: 0, friction: 0.8}\n"
+                       "  - {name: q, type: contact, point: b.q, plane: {body: world}, restitution: 0}\n"
+                       "  - {name: r, type: contact, point: b.r, plane: {body: world}, restitution: 0, friction: 0.8}\n"
+                       "  - {name: s, type: contact, point: b.s, plane: {body: world}, restitution: 0}\n",
+                       g * sin(slope), -g * cos(slope));
+        begin(text, step, &s);
+        advance(&s, 0.1);
+        const double x = kt_simulation_positions(s.simulation)[0];
+        if (parts[i] < 1.0)
+            kt_check_near("rests, m", x, 0.0, 1e-12);
+        else
+            kt_check_above("slides, m", x, 0.5 * 0.1 * 0.1 * g * (sin(slope) - mu * cos(slope)) - 0.1 * step);
+    }
 }
 
 static int tenths_of(const kt_instant *at, double *value, kt_error *error, void *user) {
