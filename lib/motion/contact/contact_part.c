@@ -444,13 +444,18 @@ static void follow_model(kt_simulation *simulation) {
     kt_contacts_store_ranks(simulation);
 }
 
+static kt_status begin_with_contacts(kt_simulation *simulation, kt_error *error) {
+    kt_contacts_find_excess(simulation);
+    return kt_contacts_begin_prediction(simulation, error);
+}
+
 static void resume_contacts(kt_simulation *simulation) { simulation->contact_time = (double)NAN; }
 
 const kt_part kt_slip_part = {.is_active = has_slip, .begin = kt_contacts_begin_slip};
 
 const kt_part kt_contact_part = {.is_active = has_contacts,
                                  .start = kt_contacts_start,
-                                 .begin = kt_contacts_begin_prediction,
+                                 .begin = begin_with_contacts,
                                  .accept = kt_contacts_check_decided,
                                  .rebind = follow_model,
                                  .renew = kt_contacts_renew,

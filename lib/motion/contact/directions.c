@@ -440,7 +440,6 @@ kt_status kt_contacts_begin_slip(kt_simulation *simulation, kt_error *error) {
 
 kt_status kt_contacts_begin_prediction(kt_simulation *simulation, kt_error *error) {
     (void)error;
-    kt_contacts_find_excess(simulation);
     if (simulation->contacts->rubs && kt_contacts_predict_wide(simulation) && take_loads(simulation))
         kt_integrator_change(simulation->integrator, true);
     return KT_OK;
