@@ -178,7 +178,7 @@ KT_TEST(bound_that_is_not_reached_changes_nothing) {
     kt_parsed m;
     make_box(&m, 1e-3, 0.5, 0.5, 0.3);
     kt_simulation *with = begin_box(&m, "rk4", 1000000), *without = begin_box(&m, "rk4", 0);
-    kt_check_near("evaluations", push_box(with, &random, "rk4", 100), push_box(without, &same, "rk4", 100), 0.0);
+    kt_check_near("evaluations", push_box(with, &random, "rk4", 70), push_box(without, &same, "rk4", 70), 0.0);
     kt_check_equal_bits("positions", kt_simulation_positions(with), kt_simulation_positions(without), 7);
     kt_check_equal_bits("velocities", kt_simulation_velocities(with), kt_simulation_velocities(without), 6);
     kt_check_equal_int("completed", (int64_t)kt_simulation_contacts(with).completed, 0);
