@@ -461,9 +461,12 @@ double kt_contact_slip_along(const kt_model *model, const kt_data *data, const k
 void kt_contacts_put_directions(kt_simulation *simulation);
 /* Whether steps may be too long for the rate at which friction turns slip: fixed steps of explicit methods. */
 bool kt_contacts_predict_wide(const kt_simulation *simulation);
-/* Returns tau of contact k, which slips at this speed, for reactions at an instant (slip_prediction.c). Fixed steps of
- * explicit methods need its deceleration in the present direction. If their slip grows, tau is 0. */
-double kt_contacts_prediction_time(const kt_simulation *simulation, int k, double speed, double slowing);
+/* Whether steps are fixed, and too long to resolve the turning of slip that friction changes at this rate, m/s^2. */
+bool kt_contacts_is_unresolved(const kt_simulation *simulation, double most);
+/* Returns the largest tau of slip of this speed, for reactions at an instant (slip_prediction.c), and the largest with
+ * adaptive steps. most: the rate at which friction changes slip. */
+double kt_contacts_prediction_time(const kt_simulation *simulation, double speed, double most);
+double kt_contacts_adaptive_time(const kt_simulation *simulation, double speed);
 /* Renews the direction of slip that has reversed in the present state. When slip begins, rounding may leave a small
  * slip against the set direction. This value then counts as zero slip. Returns whether a direction or a value of rest
  * changed. */

@@ -133,14 +133,23 @@ static double coarseness_of_slip(const kt_simulation *simulation, double own) {
     return fmax(1.0, fmin(300.0, sqrt(least / (kt_slip_rest * own))));
 }
 
-double kt_contacts_prediction_time(const kt_simulation *simulation, int k, double speed, double slowing) {
-    if (!kt_contacts_predict_wide(simulation)) {
-        const double time = simulation->memory.own_time, own = own_speed_of(simulation);
-        const double part = kt_slip_slow * coarseness_of_slip(simulation, own);
-        return kt_slip_time_at_speed(speed, part * time, part * own);
-    }
-    const double h = simulation->step, most = rate_of_friction(simulation, k);
-    return kt_slip_fading_time(kt_slip_time_at_speed(speed, h, h * most), speed, slowing, most);
+double kt_contacts_adaptive_time(const kt_simulation *simulation, double speed) {
+    const double time = simulation->memory.own_time, own = own_speed_of(simulation);
+    const double part = kt_slip_slow * coarseness_of_slip(simulation, own);
+    return kt_slip_time_at_speed(speed, part * time, part * own);
+}
+
+bool kt_contacts_is_unresolved(const kt_simulation *simulation, double most) {
+    const double own = own_speed_of(simulation);
+    return kt_contacts_predict_wide(simulation) &&
+           simulation->step * most > kt_slip_slow * coarseness_of_slip(simulation, own) * own;
+}
+
+double kt_contacts_prediction_time(const kt_simulation *simulation, double speed, double most) {
+    const double h = simulation->step;
+    if (!kt_contacts_is_unresolved(simulation, most))
+        return kt_contacts_adaptive_time(simulation, speed);
+    return kt_slip_time_at_speed(speed, fmax(h, kt_slip_slow * simulation->memory.own_time), h * most);
 }
 
 void kt_contacts_put_directions(kt_simulation *simulation) {

@@ -336,9 +336,16 @@ static kt_coulomb *set_problem(const kt_simulation *simulation, const double *W,
     return p;
 }
 
-/* Sets the direction in which the contact of item i begins to slip, its normal force, and the change of slip by a unit
- * of normal force, mu (W_11 + W_22) / 2 with the two tangential rows. If the solution is that of an implicit step, the
- * direction is the present one. */
+/* The change of slip by a unit of normal force, mu (W_11 + W_22) / 2 with the two tangential rows of item i. */
+static double slip_response(const kt_simulation *simulation, int i) {
+    const struct kt_contacts *c = simulation->contacts;
+    const int across = c->problem->line[c->problem->item[i].across];
+    return 0.5 * kt_contact_coefficient(simulation->model, &c->item[c->item[c->list[c->posed[i]]].of]) *
+           (kt_contacts_own(c, c->W, across) + kt_contacts_own(c, c->W, across + 1));
+}
+
+/* Sets the direction in which the contact of item i begins to slip, and its normal force. If the solution is that of an
+ * implicit step, the direction is the present one. */
 static void begin_slip(kt_simulation *simulation, int i) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_coulomb_item *item = &c->problem->item[i];
@@ -349,8 +356,7 @@ static void begin_slip(kt_simulation *simulation, int i) {
     for (int k = 0; c->ahead[i] > 0.0 && k < 2; k++)
         memory->slip[k] = c->u[across + k] / kt_hypot(c->u[across], c->u[across + 1]);
     memory->load = c->solution->p[item->row];
-    memory->response = 0.5 * kt_contact_coefficient(simulation->model, &c->item[contact->of]) *
-                       (kt_contacts_own(c, c->W, across) + kt_contacts_own(c, c->W, across + 1));
+    memory->response = slip_response(simulation, i);
 }
 
 /* Sets the contacts of the set that follows, and the directions of slip. Friction may be at its limit up to rounding,
@@ -413,9 +419,21 @@ static bool solve_problem(kt_simulation *simulation, const double *W, const doub
                             &simulation->memory.contacts.pivots);
 }
 
-/* Finds tau of slow slip from a solution in present directions. Slow slip sticks in `held`. Returns whether some slip
+/* The rate at which friction changes slip in a solution in present directions, m/s^2. */
+static double find_friction_rate(const kt_simulation *simulation) {
+    const struct kt_contacts *c = simulation->contacts;
+    const kt_coulomb *p = c->problem;
+    double rate = 0.0;
+    for (int i = 0; i < p->n; i++)
+        if (p->item[i].type == KT_COULOMB_SLIPS)
+            rate += c->solution->p[p->item[i].row] * slip_response(simulation, i);
+    return rate;
+}
+
+/* Finds the largest tau of slow slip from a solution in present directions, in which friction changes slip at the rate
+ * `most`. Slow slip sticks in `held`. Returns whether some slip
  * is predicted. */
-static bool hold_slow_items(const kt_simulation *simulation, const double *u, kt_coulomb_solution *held) {
+static bool hold_slow_items(const kt_simulation *simulation, const double *u, double most, kt_coulomb_solution *held) {
     struct kt_contacts *c = simulation->contacts;
     kt_coulomb *p = c->problem;
     bool any = false;
@@ -428,8 +446,9 @@ static bool hold_slow_items(const kt_simulation *simulation, const double *u, kt
             held->mode[i] = KT_COULOMB_STICK;
         if (item->type != KT_COULOMB_SLIPS)
             continue;
-        c->ahead[i] = kt_contacts_prediction_time(simulation, c->list[c->posed[i]], speed, slowing);
-        c->fading[i] = kt_slip_fading_time(c->ahead[i], speed, slowing, HUGE_VAL);
+        c->ahead[i] = kt_contacts_prediction_time(simulation, speed, most);
+        c->fading[i] = kt_slip_fading_time(c->ahead[i], speed, slowing,
+                                           kt_contacts_is_unresolved(simulation, most) ? most : HUGE_VAL);
         if (!(c->ahead[i] > 0.0))
             continue;
         item->type = KT_COULOMB_CONE;
@@ -438,10 +457,13 @@ static bool hold_slow_items(const kt_simulation *simulation, const double *u, kt
     return any;
 }
 
-/* Finds tau of slow slip as adaptive steps do (evaluate/slip_prediction.c): `ahead` if slip grows, `fading` if not. */
-static void limit_prediction_times(const kt_simulation *simulation, const double *u, kt_coulomb_solution *held) {
+/* Limits tau of slow slip as steps do (limited_prediction_time in evaluate/slip_prediction.c): `ahead` if slip grows,
+ * `fading` if not. most: as in hold_slow_items. */
+static void limit_prediction_times(const kt_simulation *simulation, const double *u, double most,
+                                   kt_coulomb_solution *held) {
     struct kt_contacts *c = simulation->contacts;
     const kt_coulomb *p = c->problem;
+    const bool wide = kt_contacts_is_unresolved(simulation, most);
     bool holds = true;
     int slow = 0;
     kt_coulomb_linear(p, held);
@@ -454,8 +476,11 @@ static void limit_prediction_times(const kt_simulation *simulation, const double
         const double *slip = u + p->line[p->item[i].across], speed = kt_hypot(slip[0], slip[1]);
         if (!(c->ahead[i] > 0.0) || !(held->p[p->item[i].row] > 0.0))
             continue;
-        c->fading[i] = kt_slip_limited_time(p, i, held->p, slow, speed, c->ahead[i]);
-        c->ahead[i] = holds ? c->fading[i] : c->ahead[i];
+        const double limited = kt_slip_limited_time(p, i, held->p, slow, speed, c->ahead[i]);
+        c->fading[i] = wide ? fmax(c->fading[i], kt_slip_limited_time(p, i, held->p, slow, speed,
+                                                                      kt_contacts_adaptive_time(simulation, speed)))
+                            : limited;
+        c->ahead[i] = holds ? limited : c->ahead[i];
     }
 }
 
@@ -488,16 +513,15 @@ static int count_beginning(const struct kt_contacts *c) {
  * less slip, and would let it slip again. */
 static bool solve_predicted(kt_simulation *simulation, const double *W, const double *u, int attempt) {
     struct kt_contacts *c = simulation->contacts;
-    const bool wide = kt_contacts_predict_wide(simulation);
     const int begin = count_beginning(c);
-    if ((!wide && !kt_coulomb_fits(c->problem, c->solution)) || !hold_slow_items(simulation, u, c->solver->other))
+    const double most = find_friction_rate(simulation);
+    if (!kt_coulomb_fits(c->problem, c->solution) || !hold_slow_items(simulation, u, most, c->solver->other))
         return true;
-    if (!wide)
-        limit_prediction_times(simulation, u, c->solver->other);
+    limit_prediction_times(simulation, u, most, c->solver->other);
     bool found = solve_problem(simulation, W, u, attempt);
-    for (int i = 0; found && i < PREDICTIONS && !wide && find_fading_slip(c, u); i++)
+    for (int i = 0; found && i < PREDICTIONS && find_fading_slip(c, u); i++)
         found = solve_problem(simulation, W, u, attempt);
-    return found && (wide || count_beginning(c) >= begin);
+    return found && count_beginning(c) >= begin;
 }
 
 /* Solves the problem of one attempt. Slow slip has present directions at first, and then the directions that steps

@@ -172,13 +172,16 @@ KT_TEST(time_steps_complete_a_slide_to_its_closed_form) {
     kt_check_below("speed, m/s", fabs(kt_simulation_velocities(simulation)[0]), 1e-9);
 }
 
-/* A bound that no tick reaches changes no bit. */
+/* A bound that no tick reaches changes no bit. Even without a bound, no tick takes thousands of evaluations: it took
+ * 39,459 if decisions about slow slip predict other directions than steps, and corners open and close in turns. */
 KT_TEST(bound_that_is_not_reached_changes_nothing) {
     kt_random random = kt_random_of_test(), same = random;
     kt_parsed m;
     make_box(&m, 1e-3, 0.5, 0.5, 0.3);
     kt_simulation *with = begin_box(&m, "rk4", 1000000), *without = begin_box(&m, "rk4", 0);
-    kt_check_near("evaluations", push_box(with, &random, "rk4", 70), push_box(without, &same, "rk4", 70), 0.0);
+    const double worst = push_box(without, &same, "rk4", 100);
+    kt_check_near("evaluations", push_box(with, &random, "rk4", 100), worst, 0.0);
+    kt_check_below("evaluations of a tick without a bound", worst, 2000.0);
     kt_check_equal_bits("positions", kt_simulation_positions(with), kt_simulation_positions(without), 7);
     kt_check_equal_bits("velocities", kt_simulation_velocities(with), kt_simulation_velocities(without), 6);
     kt_check_equal_int("completed", (int64_t)kt_simulation_contacts(with).completed, 0);
