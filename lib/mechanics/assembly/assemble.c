@@ -32,7 +32,8 @@
 
 #include <string.h>
 
-enum { SHORTER_MOST = 12 };
+/* Halvings of a step, and further searches of a least change of given values. */
+enum { SHORTER_MOST = 12, FURTHER = 2 };
 
 /* The minimised sum contains the changes of start values with a share of 1 / NOT_GIVEN^2 (move_given_least). */
 #define NOT_GIVEN 30.0
@@ -253,7 +254,6 @@ static void nearest_on_manifold(const approach *a, double *before) {
  * others have a share of 1 / NOT_GIVEN^2 in the sum. Each further search counts these changes from the state before it
  * (a proximal point), which multiplies their influence by that share. */
 static void move_given_least(approach *a, double *start, double *before) {
-    enum { FURTHER = 2 };
     nearest_on_manifold(a, before);
     for (int i = 0; i < FURTHER && a->weight; i++) {
         kt_position_subtract(a->model, a->q, a->given, start);
@@ -429,7 +429,6 @@ static bool move_around_given(velocity_aim *aim, bool *fixed, double *weight) {
 /* Closes velocities, with the least change of given ones in groups with weights: the counterpart of move_given_least.
  * data->moved_v has the given velocities. */
 static bool close_velocities_around_given(velocity_aim *aim, kt_violation *violation, double *speed) {
-    enum { FURTHER = 2 };
     const kt_model *model = aim->model;
     const bool *fixed = aim->data->fixed;
     bool finite = close_initial_velocities(aim, fixed, violation, speed);

@@ -153,9 +153,18 @@ double kt_slip_time_at_speed(double speed, double tau0, double s0);
 
 /* The friction of an item in excess of the force that holds it, in these forces p of all rows. */
 double kt_slip_excess(const kt_coulomb_item *item, const double *p);
-/* tau of slip of item i, at most `most`, if its friction exceeds the force that holds it. held: forces that hold all
- * slow slip, of so many contacts. */
-double kt_slip_limited_time(const kt_coulomb *c, int i, const double *held, int slow_ones, double speed, double most);
+/* Slow slip of a contact, as far as its prediction depends on it. */
+typedef struct kt_slip_fate {
+    double speed, slowing; /* m/s; its deceleration in the present direction, m/s^2 */
+    double largest;        /* tau without limits, s */
+    double adaptive;       /* the same with adaptive steps */
+    double friction; /* the rate at which friction changes slip, m/s^2, if fixed steps do not resolve this; HUGE_VAL:
+                              they do */
+} kt_slip_fate;
+/* Returns tau of slip of item i. Friction `holds` all slow slip, of so many contacts, with the forces `held`; or this
+ * slip `fades`. */
+double kt_slip_limited_time(const kt_coulomb *c, int i, const double *held, int slow_ones, const kt_slip_fate *of,
+                            bool holds, bool fades);
 /* Writes predicted directions of slow slip to p->to.e, for the present island. The island's W and its rates without
  * friction are inputs. If `wide`, contacts under fixed steps have the length of these steps as tau0. Returns false if
  * there is no solution. */

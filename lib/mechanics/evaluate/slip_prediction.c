@@ -161,32 +161,36 @@ static bool may_hold_all(const kt_slip_problem *p) {
     return all;
 }
 
-double kt_slip_limited_time(const kt_coulomb *c, int i, const double *held, int slow_ones, double speed, double most) {
+/* tau is at most half of the time in which the friction in excess of the holding force stops the slip. This limit
+ * requires that friction `holds` all slow contacts, or that this slip fades. If a contact would part at rest, no friction
+ * holds it. Its slip ends with the present deceleration if it fades, and begins otherwise. */
+double kt_slip_limited_time(const kt_coulomb *c, int i, const double *held, int slow_ones, const kt_slip_fate *of,
+                            bool holds, bool fades) {
     const kt_coulomb_item *item = &c->item[i];
     const int x = item->across, y = x + 1;
+    const bool slows = fades && of->friction < HUGE_VAL;
+    const double fading = fades ? kt_slip_fading_time(of->largest, of->speed, of->slowing, of->friction) : of->largest;
+    if (!(of->largest > 0.0) || !(fades || holds))
+        return of->largest;
+    if (!(held[item->row] > 0.0))
+        return fading;
     const double response = 0.5 * slow_ones * (kt_coulomb_entry(c, x, x) + kt_coulomb_entry(c, y, y));
     const double excess = kt_slip_excess(item, held), friction = item->friction * held[item->row];
     const double part = excess > 0.0 ? fmax(0.0, 1.0 - shrinking * excess / friction) : 0.0;
-    return excess > 0.0 ? fmin(most, 0.5 * speed / (response * excess) * part * part) : most;
+    const double most = slows ? of->adaptive : of->largest;
+    const double tau = excess > 0.0 ? fmin(most, 0.5 * of->speed / (response * excess) * part * part) : most;
+    return slows ? fmax(tau, fading) : tau;
 }
 
-/* The prediction time tau (s), at most half of the time in which the friction in excess of the holding force stops the
- * slip. This limit requires that friction `holds` all slow contacts, or that this slip fades. If a contact would part
- * at rest, no friction holds it. Its slip ends with the present deceleration if it fades, and begins otherwise. */
-static double limited_prediction_time(const kt_data *data, const kt_slip_problem *p, int slow_ones, bool holds, int k) {
+/* Slow slip of contact k of a problem. */
+static kt_slip_fate fate_of_slip(const kt_data *data, const kt_slip_problem *p, int k) {
     const size_t index = kt_slip_index(p, (size_t)k);
-    const double *s = data->slip_velocity + 2 * index, *of = data->slip_slow + 2 * index, speed = kt_hypot(s[0], s[1]);
-    const bool fades = p->fades[index], slows = p->wide && fades && is_unresolved(data, index);
-    const double largest = largest_prediction_time(data, p, index);
-    const double most = slows ? adaptive_prediction_time(data, index) : largest;
-    if (!(largest > 0.0) || !(fades || holds))
-        return largest;
-    const double friction = slows ? of[1] / of[0] : HUGE_VAL;
-    const double fading = fades ? kt_slip_fading_time(largest, speed, p->slowing[index], friction) : 0.0;
-    if (!(p->held->p[p->c->item[k].row] > 0.0))
-        return fading;
-    const double tau = kt_slip_limited_time(p->c, k, p->held->p, slow_ones, speed, most);
-    return slows ? fmax(tau, fading) : tau;
+    const double *s = data->slip_velocity + 2 * index, *of = data->slip_slow + 2 * index;
+    return (kt_slip_fate){.speed = kt_hypot(s[0], s[1]),
+                          .slowing = p->slowing[index],
+                          .largest = largest_prediction_time(data, p, index),
+                          .adaptive = adaptive_prediction_time(data, index),
+                          .friction = p->wide && is_unresolved(data, index) ? of[1] / of[0] : HUGE_VAL};
 }
 
 /* Sets the problem of the prediction, from the present directions e = s / |s|: the rates b of slow slip receive s /
@@ -195,8 +199,11 @@ static void predict_directions(const kt_data *data, kt_slip_problem *p, bool *ho
     kt_coulomb *c = p->c;
     const int slow_ones = hold_slow(data, p);
     *holds = may_hold_all(p);
-    for (int k = 0; k < c->n; k++)
-        p->tau[kt_slip_index(p, (size_t)k)] = limited_prediction_time(data, p, slow_ones, *holds, k);
+    for (int k = 0; k < c->n; k++) {
+        const kt_slip_fate of = fate_of_slip(data, p, k);
+        const size_t index = kt_slip_index(p, (size_t)k);
+        p->tau[index] = kt_slip_limited_time(c, k, p->held->p, slow_ones, &of, *holds, p->fades[index]);
+    }
     for (int k = 0; k < c->n; k++) {
         const size_t index = kt_slip_index(p, (size_t)k);
         const double *s = data->slip_velocity + 2 * index,

@@ -304,7 +304,7 @@ static void add_dry(kt_coulomb *p, const kt_simulation *simulation, int line, bo
 
 /* Sets the rows that take part, and their accelerations without reactions. In attempt 0, contacts that leave have no
  * reaction, and friction that leaves does not stick. In attempt 1, leaving contacts may stay, since forces have been
- * redistributed. In attempt 2, contacts that part more slowly than their rest velocity are left out, too: corners of a
+ * redistributed. In attempt 2, contacts that part more slowly than their rest velocity are left out, too. Corners of a
  * body that part at different speeds cannot always rest together, since their rates are not those of rest. */
 static kt_coulomb *set_problem(const kt_simulation *simulation, const double *W, const double *u, int attempt) {
     struct kt_contacts *c = simulation->contacts;
@@ -431,8 +431,7 @@ static double find_friction_rate(const kt_simulation *simulation) {
 }
 
 /* Finds the largest tau of slow slip from a solution in present directions, in which friction changes slip at the rate
- * `most`. Slow slip sticks in `held`. Returns whether some slip
- * is predicted. */
+ * `most`. Slow slip sticks in `held`. Returns whether some slip is predicted. */
 static bool hold_slow_items(const kt_simulation *simulation, const double *u, double most, kt_coulomb_solution *held) {
     struct kt_contacts *c = simulation->contacts;
     kt_coulomb *p = c->problem;
@@ -440,30 +439,24 @@ static bool hold_slow_items(const kt_simulation *simulation, const double *u, do
     kt_coulomb_copy(p, c->solution, held);
     for (int i = 0; i < p->n; i++) {
         kt_coulomb_item *item = &p->item[i];
-        const double *slip = u + p->line[item->across], *a = c->solution->u + item->across;
-        const double speed = kt_hypot(slip[0], slip[1]), slowing = -item->e[0] * a[0] - item->e[1] * a[1];
+        const double *slip = u + p->line[item->across];
         if (held->mode[i] == KT_COULOMB_SLIP && item->type == KT_COULOMB_CONE)
             held->mode[i] = KT_COULOMB_STICK;
         if (item->type != KT_COULOMB_SLIPS)
             continue;
-        c->ahead[i] = kt_contacts_prediction_time(simulation, speed, most);
-        c->fading[i] = kt_slip_fading_time(c->ahead[i], speed, slowing,
-                                           kt_contacts_is_unresolved(simulation, most) ? most : HUGE_VAL);
-        if (!(c->ahead[i] > 0.0))
-            continue;
-        item->type = KT_COULOMB_CONE;
-        any = true;
+        c->ahead[i] = kt_contacts_prediction_time(simulation, kt_hypot(slip[0], slip[1]), most);
+        item->type = c->ahead[i] > 0.0 ? KT_COULOMB_CONE : KT_COULOMB_SLIPS;
+        any = any || c->ahead[i] > 0.0;
     }
     return any;
 }
 
-/* Limits tau of slow slip as steps do (limited_prediction_time in evaluate/slip_prediction.c): `ahead` if slip grows,
- * `fading` if not. most: as in hold_slow_items. */
+/* Limits tau of slow slip as steps do: `ahead` if slip grows, `fading` if not. most: as in hold_slow_items. */
 static void limit_prediction_times(const kt_simulation *simulation, const double *u, double most,
                                    kt_coulomb_solution *held) {
     struct kt_contacts *c = simulation->contacts;
     const kt_coulomb *p = c->problem;
-    const bool wide = kt_contacts_is_unresolved(simulation, most);
+    const double friction = kt_contacts_is_unresolved(simulation, most) ? most : HUGE_VAL;
     bool holds = true;
     int slow = 0;
     kt_coulomb_linear(p, held);
@@ -473,14 +466,19 @@ static void limit_prediction_times(const kt_simulation *simulation, const double
         holds = holds && (!is_held || kt_slip_excess(&p->item[i], held->p) > 0.0);
     }
     for (int i = 0; i < p->n; i++) {
-        const double *slip = u + p->line[p->item[i].across], speed = kt_hypot(slip[0], slip[1]);
-        if (!(c->ahead[i] > 0.0) || !(held->p[p->item[i].row] > 0.0))
+        const kt_coulomb_item *item = &p->item[i];
+        const double *slip = u + p->line[item->across], *a = c->solution->u + item->across;
+        const double speed = kt_hypot(slip[0], slip[1]);
+        const kt_slip_fate of = {.speed = speed,
+                                 .slowing = -item->e[0] * a[0] - item->e[1] * a[1],
+                                 .largest = c->ahead[i],
+                                 .adaptive = kt_contacts_adaptive_time(simulation, speed),
+                                 .friction = friction};
+        c->fading[i] = 0.0;
+        if (!(c->ahead[i] > 0.0))
             continue;
-        const double limited = kt_slip_limited_time(p, i, held->p, slow, speed, c->ahead[i]);
-        c->fading[i] = wide ? fmax(c->fading[i], kt_slip_limited_time(p, i, held->p, slow, speed,
-                                                                      kt_contacts_adaptive_time(simulation, speed)))
-                            : limited;
-        c->ahead[i] = holds ? limited : c->ahead[i];
+        c->fading[i] = kt_slip_limited_time(p, i, held->p, slow, &of, holds, true);
+        c->ahead[i] = kt_slip_limited_time(p, i, held->p, slow, &of, holds, false);
     }
 }
 
@@ -509,8 +507,8 @@ static int count_beginning(const struct kt_contacts *c) {
 }
 
 /* Solves the problem with the predictions of steps, from a solution in present directions. Returns false if this has no
- * solution, or if a contact sticks that begins to slip in present directions: steps in which the contact sticks predict
- * less slip, and would let it slip again. */
+ * solution. A contact may stick that begins to slip in present directions. This is no solution either, because steps in
+ * which the contact sticks predict less slip, and would let it slip again. */
 static bool solve_predicted(kt_simulation *simulation, const double *W, const double *u, int attempt) {
     struct kt_contacts *c = simulation->contacts;
     const int begin = count_beginning(c);
@@ -526,10 +524,10 @@ static bool solve_predicted(kt_simulation *simulation, const double *W, const do
 
 /* Solves the problem of one attempt. Slow slip has present directions at first, and then the directions that steps
  * predict. If there is no solution in predicted directions, present directions are used. In the solution, slow slip
- * that may stop is at rest. If friction holds none of this slip, slip continues in its present directions, since the
- * directions in which slip would begin from rest may have other reactions, and press other contacts. If these have no
- * solution either, the solve before is repeated, whose problem and solution the caller uses. attempt: as in
- * set_problem. */
+ * that may stop is at rest. If friction holds none of this slip, slip continues in its present directions. The
+ * directions in which slip would begin from rest are no substitute: they may have other reactions, and press other
+ * contacts. If the present directions have no solution either, the solve before is repeated, whose problem and solution
+ * the caller uses. attempt: as in set_problem. */
 static bool solve_attempt(kt_simulation *simulation, const double *W, const double *u, int attempt) {
     struct kt_contacts *c = simulation->contacts;
     const bool stops = c->stops;
@@ -578,9 +576,8 @@ kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, const do
     bool found = false;
     if (c->holds_slow)
         hold_slow_slip(simulation, u);
-    for (int attempt = 0; attempt < 3 && !found; attempt++) {
+    for (int attempt = 0; attempt < 3 && !found; attempt++)
         found = solve_attempt(simulation, W, u, attempt) && !closes_released(c);
-    }
     if (!found)
         return kt_contacts_reject(simulation, t, "reactions", error);
     if (c->solution->count > 1)

@@ -166,8 +166,6 @@ static bool find_rest_of_chosen(kt_simulation *simulation, int count) {
     struct kt_contacts *c = simulation->contacts;
     const kt_moreau *m = simulation->moreau;
     kt_coulomb *p = c->problem;
-    if (p == NULL)
-        return false;
     p->n = p->rows = 0;
     p->W = NULL;
     p->entry = rest_entry;

@@ -1,5 +1,5 @@
-/* The module of foreign.c, which is linked to assimp: loaded when a scene first has a mesh in a format of assimp, since
- * loading takes a fifth of the time of a start. The module is never unloaded. */
+/* The module of foreign.c, which is linked to assimp. Loading it takes a fifth of the time of a start. Therefore the
+ * command loads it when a scene first has a mesh in a format of assimp. The module is never unloaded. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "picture/foreign.h"
 
