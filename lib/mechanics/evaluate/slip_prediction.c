@@ -162,8 +162,8 @@ static bool may_hold_all(const kt_slip_problem *p) {
 }
 
 /* tau is at most half of the time in which the friction in excess of the holding force stops the slip. This limit
- * requires that friction `holds` all slow contacts, or that this slip fades. If a contact would part at rest, no friction
- * holds it. Its slip ends with the present deceleration if it fades, and begins otherwise. */
+ * requires that friction `holds` all slow contacts, or that this slip fades. If a contact would part at rest, no
+ * friction holds it. Its slip ends with the present deceleration if it fades, and begins otherwise. */
 double kt_slip_limited_time(const kt_coulomb *c, int i, const double *held, int slow_ones, const kt_slip_fate *of,
                             bool holds, bool fades) {
     const kt_coulomb_item *item = &c->item[i];
