@@ -307,8 +307,8 @@ static void find_null_vector(const kt_coulomb *c, kt_coulomb_system *s, int rank
 }
 
 /* The units of the unknowns: the weights of the items. In the second pass, tangential forces have the square root of
- * the normal force as unit, relative to the largest one. Then tangential forces are in proportion to normal forces, so
- * that feet that slip reach their limits together. */
+ * mu N as unit, relative to the largest N. Then tangential forces are in proportion to their limits mu N, so that feet
+ * reach these together. */
 static void set_units(const kt_coulomb *c, kt_coulomb_system *s, bool second) {
     double normal = 0.0, most = 0.0;
     for (int k = 0; k < s->n; k++) {
@@ -320,9 +320,9 @@ static void set_units(const kt_coulomb *c, kt_coulomb_system *s, bool second) {
         const kt_coulomb_item *item = &c->item[s->item[k]];
         const bool is_normal = s->equation[k] == item->row;
         normal = is_normal ? item->least + s->x[k] : k > 0 && s->item[k - 1] == s->item[k] ? normal : item->least;
-        const double scale = sqrt(kt_coulomb_weight(c, s->item[k]));
+        const double scale = sqrt(kt_coulomb_weight(c, s->item[k])), limit = item->friction * normal;
         s->unit[k] = s->is_weighted ? 1.0 / scale : 1.0;
-        s->unit[k] *= second && !is_normal && normal > 0.0 ? sqrt(normal * scale / most) : 1.0;
+        s->unit[k] *= second && !is_normal && limit > 0.0 ? sqrt(limit * scale / most) : 1.0;
     }
 }
 

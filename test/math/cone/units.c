@@ -154,3 +154,31 @@ KT_TEST(the_weight_of_an_item_is_the_mean_of_its_rows) {
     kt_check_near("dry friction, 1/(kg m^2)", kt_coulomb_weight(a.c, 1), 16.0, 0.0);
     free_room(&a);
 }
+
+/* Two feet of a body that slides or turns share the force along the line between them in many ways. Their shares are in
+ * proportion to their limits mu N. So friction seems able to hold the body wherever it is. */
+KT_TEST(feet_that_share_friction_reach_their_limits_together) {
+    static const double natural[ITEMS] = {1.0, 1.0, 1.0, 1.0}, mu[] = {0.3, 0.9};
+    drawn d = {.n = 2,
+               .dofs = 4,
+               .type = {KT_COULOMB_CONE, KT_COULOMB_CONE},
+               .friction = {mu[0], mu[1]},
+               .v = {2.0, 0.5, -10.0, -4.0}};
+    scaled a;
+    make_room(&a);
+    for (int i = 0; i < 2; i++) { /* moves along x, y and z, and tips */
+        d.J[3 * i][2] = d.J[3 * i + 1][0] = d.J[3 * i + 2][1] = 1.0;
+        d.J[3 * i][3] = i == 0 ? 1.0 : -1.0;
+    }
+    solve_in_units(&d, natural, &a);
+    a.solution->mode[0] = a.solution->mode[1] = KT_COULOMB_STICK;
+    kt_coulomb_linear(a.c, a.solution);
+    const double limit[] = {7.0 * mu[0], 3.0 * mu[1]};
+    for (int i = 0; i < 2; i++) {
+        const double part = limit[i] / (limit[0] + limit[1]), *p = a.solution->p + 3 * i;
+        kt_check_near("normal force, N", p[0], i == 0 ? 7.0 : 3.0, 1e-14);
+        kt_check_near("along the line, N", p[1], -2.0 * part, 1e-14);
+        kt_check_near("across the line, N", p[2], -0.5 * part, 1e-14);
+    }
+    free_room(&a);
+}
