@@ -12,8 +12,9 @@
  * (reduction/half_columns.h), G and the accelerations with friction follow from this evaluation. While no slip is slow
  * (below), friction is added between its passes, and the forward pass runs once. Otherwise accelerations are evaluated
  * with a unit of each force, and with N. If k contacts slip, this takes k + 2 evaluations, or 2 k + 2 if slip is slow.
- * If 1 - G_ii of a contact is not positive, friction wedges it in its own direction of slip. Then the force has no
- * value, or two (Painleve 1895), and this is an error.
+ * Contacts are eliminated one after the other. If the pivots that remain are not positive, friction wedges a contact:
+ * the force has no value, or two (Painleve 1895), and this is an error. A single contact has the pivot 1 - G. If other
+ * contacts slip, 1 - G_ii may be negative although the forces are unique, since their friction changes, too.
  *
  * e jumps when s passes through zero, which ends a step that would go beyond (contact/contact_part.c). The steps before
  * must see no jump. Therefore e is -s / abs(s) if s . d < 0, and d if s = 0, where d is the direction in which the
@@ -40,7 +41,7 @@
 
 #include <math.h>
 
-/* The largest 1 - G_ii of a reaction that counts as wedged: friction makes a normal force a thousand times as large.
+/* The largest pivot of a reaction that counts as wedged: friction makes a normal force a thousand times as large.
  * Stages of a fixed step behind the end of slip have such forces, and would throw the body. */
 static const double wedged = 1e-3;
 /* ---- forces ------------------------------------------------------------------------------------------------------ */
@@ -117,19 +118,33 @@ static kt_status reject(const kt_model *model, kt_data *data, size_t k, double t
                         pivot);
 }
 
+/* Takes the largest pivot of contacts from k on, with the contact's row and column. */
+static void take_largest_pivot(size_t n, double *A, int *order, size_t k) {
+    size_t r = k;
+    for (size_t i = k + 1; i < n; i++)
+        r = A[i * n + i] > A[r * n + r] ? i : r;
+    for (size_t i = 0; i < n; i++)
+        kt_coulomb_swap(A + k * n + i, A + r * n + i);
+    for (size_t i = 0; i <= n; i++)
+        kt_coulomb_swap(A + i * n + k, A + i * n + r);
+    const int contact = order[k];
+    order[k] = order[r];
+    order[r] = contact;
+}
+
 /* Solves A N = b, the column behind the n columns of A. Returns the contact that friction wedges, with its pivot; n:
- * none. */
-KT_INLINE size_t solve_normals_of(size_t n, double *A, double *N, double *pivot) {
-    for (size_t k = 0; k < n; k++) {
-        *pivot = A[k * n + k];
-        if (!(*pivot > wedged))
-            return k;
-    }
+ * none. The forces of other contacts change with that of a contact. Therefore a contact that would wedge alone is
+ * eliminated behind the others. */
+KT_INLINE size_t solve_normals_of(size_t n, double *A, int *order, double *N, double *pivot) {
+    for (size_t k = 0; k < n; k++)
+        order[k] = (int)k;
     for (size_t k = 0; k < n; k++) {
         const double *column = A + k * n;
+        if (!(column[k] > wedged))
+            take_largest_pivot(n, A, order, k);
         *pivot = column[k];
         if (!(*pivot > wedged))
-            return k;
+            return (size_t)order[k];
         for (size_t i = k + 1; i < n; i++) {
             const double factor = column[i] / *pivot;
             for (double *of = A + (k + 1) * n; of <= A + n * n; of += n)
@@ -139,25 +154,25 @@ KT_INLINE size_t solve_normals_of(size_t n, double *A, double *N, double *pivot)
     for (size_t k = n; k-- > 0;) {
         double sum = A[n * n + k];
         for (size_t j = k + 1; j < n; j++)
-            sum -= A[j * n + k] * N[j];
-        N[k] = sum / A[k * n + k];
+            sum -= A[j * n + k] * N[order[j]];
+        N[order[k]] = sum / A[k * n + k];
     }
     return n;
 }
 
 /* As solve_normals_of. For up to four contacts, n is a constant, so that the compiler unrolls the loops. */
-static size_t solve_normals(size_t n, double *A, double *N, double *pivot) {
+static size_t solve_normals(size_t n, double *A, int *order, double *N, double *pivot) {
     switch (n) {
     case 1:
-        return solve_normals_of(1, A, N, pivot);
+        return solve_normals_of(1, A, order, N, pivot);
     case 2:
-        return solve_normals_of(2, A, N, pivot);
+        return solve_normals_of(2, A, order, N, pivot);
     case 3:
-        return solve_normals_of(3, A, N, pivot);
+        return solve_normals_of(3, A, order, N, pivot);
     case 4:
-        return solve_normals_of(4, A, N, pivot);
+        return solve_normals_of(4, A, order, N, pivot);
     default:
-        return solve_normals_of(n, A, N, pivot);
+        return solve_normals_of(n, A, order, N, pivot);
     }
 }
 
@@ -166,7 +181,7 @@ static kt_status solve_slip(const kt_model *model, kt_data *data, double t, kt_e
     const kt_slip_problem *p = kt_slip_problem_of(data);
     const size_t n = p->at->n;
     double pivot;
-    const size_t stuck = solve_normals(n, data->slip_matrix, p->normal, &pivot);
+    const size_t stuck = solve_normals(n, data->slip_matrix, p->pivot, p->normal, &pivot);
     if (stuck < n)
         return reject(model, data, kt_slip_index(p, stuck), t, pivot, error);
     for (size_t k = 0; k < n; k++)

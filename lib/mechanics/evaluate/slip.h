@@ -41,7 +41,7 @@ static const double kt_slip_rest = 1e-9;
     X(double, slowing, n, "the deceleration of slip in its present direction, m/s^2")                                  \
     X(bool, fades, n, "whether slip of each contact does not grow (slip_prediction.c)")                                \
     X(double, by_slip, 6 * most * most, "derivatives of the forces by slip velocities")                                \
-    X(int, pivot, 3 * most, "scratch: of these")
+    X(int, pivot, 3 * most, "scratch: of these, and of normal forces")
 
 /* Arrays of slow slip alone. The solution covers all contacts, in `order`. */
 #define SLIP_SLOW_FIELDS(X)                                                                                            \
