@@ -287,6 +287,32 @@ static void open_dependent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_
     }
 }
 
+/* Whether the normal row of a contact that slips depends on rows of others. */
+static bool slips_on_shared_load(const kt_coulomb *c, const kt_coulomb_solution *to) {
+    bool any = false;
+    for (int i = 0; i < c->n && !any; i++)
+        any = (c->item[i].type == KT_COULOMB_SLIPS ? kt_coulomb_is_active(to->mode[i])
+                                                   : to->mode[i] == KT_COULOMB_SLIP && kt_coulomb_slips(c, to, i)) &&
+              kt_coulomb_is_held(c, to, i, 1, false);
+    return any;
+}
+
+/* Contacts and dry friction of a joint may share a load in many ways. Friction of a contact that slips follows its
+ * normal force, so that each way has another motion, and the equations of the modes have no unique forces. At a vertex
+ * of these forces, such a contact is open, or dry friction is at its limit. Returns whether there is such a vertex. */
+static bool separate_dry_friction(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
+    bool found = true;
+    for (int i = 0; i < c->n && found; i++) {
+        if (c->item[i].type != KT_COULOMB_DRY || to->mode[i] != KT_COULOMB_STICK || !slips_on_shared_load(c, to) ||
+            !kt_coulomb_is_held(c, to, i, 1, false) || open_any(c, solver, true, to, steps))
+            continue;
+        c->item[i].rejected |= 1U << KT_COULOMB_STICK;
+        gather(c, to->p, solver->x);
+        found = solve_from(c, solver, to, steps);
+    }
+    return found;
+}
+
 /* Opens contacts until the normal rows of pressing contacts are independent. An open contact exerts no tangential
  * force. Therefore, if all contacts can stick, a contact whose tangential rows are independent, such as a driven wheel
  * of a car, is not opened. */
@@ -307,6 +333,7 @@ static bool make_independent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
         }
         found = found || open_any(c, solver, false, to, steps);
     }
+    found = found && separate_dry_friction(c, solver, to, steps);
     for (int i = 0; i < c->n; i++)
         c->item[i].rejected = solver->rejected[i];
     return found;

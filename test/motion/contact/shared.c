@@ -495,3 +495,49 @@ KT_TEST(slip_that_a_bar_contradicts_ends_with_an_impulse) {
         kt_check_above("impulses that stop slip", (double)kt_simulation_contacts(simulation).jammed, 0.5);
     }
 }
+
+/* An arm on a sled leans on the floor with its foot, which slides, and dry friction holds its hinge. */
+static const double arm_mass = 0.5, arm_sled = 2.0, arm_com = 0.2, arm_length = 0.4, arm_depth = 0.1;
+
+static void make_arm(kt_parsed *m, double S, double speed, double mu, double pull, bool is_driven) {
+    char text[1024];
+    (void)snprintf(text, sizeof text,
+                   "kinetree: 1\ngravity: [%.17g, 0, -9.81]\nbodies:\n%s"
+                   "  - {name: sled, %sjoint: {type: prismatic, axis: x, velocity: %g}, mass: %g}\n"
+                   "  - {name: arm, parent: sled, joint: {type: revolute, axis: y, at: [0, 0, %g]}, mass: %g,\n"
+                   "     com: [%g, 0, 0], inertia: [0.01, 0.01, 0.01], markers: {foot: [%g, 0, %g]}}\n"
+                   "%seffects:\n"
+                   "  - {type: contact, point: arm.foot, plane: {body: world}, restitution: 0, friction: %g}\n"
+                   "  - {type: joint_friction, joint: arm, coulomb: %g, stick: true}\n",
+                   -pull, is_driven ? "  - {name: lift, joint: {type: prismatic, axis: z}, mass: 1}\n" : "",
+                   is_driven ? "parent: lift, " : "", speed, arm_sled, arm_depth, arm_mass, arm_com, arm_length,
+                   -arm_depth, is_driven ? "loops: [{name: hold, type: motion, joint: lift, position: 0}]\n" : "", mu,
+                   S);
+    kt_parsed_make(m, text);
+}
+
+/* The law permits many normal forces N, each with another friction. At a vertex of these, friction in the hinge carries
+ * the arm alone if it can, N = 0. Otherwise it is at its limit, N (l -+ mu d) = m g c - S with the foot at (l, -d). A
+ * drive may hold the height. Before, the equations of the modes had no unique forces, and the run ended at its
+ * start. */
+KT_TEST(a_foot_that_slides_shares_no_load_with_dry_friction) {
+    static const double mu = 0.2, pull = 1.3, end = 0.2;
+    static const double limit[] = {0.5, 1.5}, speed[] = {0.0, 1.0, -1.0};
+    for (int k = 0; k < 24; k++) {
+        const int is_driven = k / 12, i = k / 6 % 2, is_fixed = k / 3 % 2;
+        const double v = speed[k % 3], side = v > 0.0 ? 1.0 : -1.0;
+        const double N = fmax(arm_mass * 9.81 * arm_com - limit[i], 0.0) / (arm_length - side * mu * arm_depth);
+        kt_parsed m;
+        kt_note("%s, S = %g, v = %g, %s", is_driven ? "driven" : "free", limit[i], v, is_fixed ? "rk4" : "dopri5");
+        make_arm(&m, limit[i], v, mu, pull, is_driven);
+        const kt_simulation_options options = kt_simulation_options_default();
+        const kt_run run = kt_run_fixed(is_fixed ? "rk4" : "dopri5", is_fixed ? 1e-3 : 0.0, end);
+        kt_simulation *simulation = kt_test_simulation(m.model, &run, &options);
+        kt_test_advance(simulation, end);
+        const double *at = kt_simulation_velocities(simulation) + is_driven;
+        kt_check_near("speed of the sled, m/s", at[0], v - end * (pull + side * mu * N / (arm_mass + arm_sled)), 1e-12);
+        kt_check_near("rate of the arm, rad/s", at[1], 0.0, 1e-12);
+        const kt_contact_excess excess = kt_simulation_contact_excess(simulation);
+        kt_check_equal_int("steps with forces beyond the law", (long long)excess.steps, 0);
+    }
+}
