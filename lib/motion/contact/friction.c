@@ -488,7 +488,7 @@ static bool find_fading_slip(const struct kt_contacts *c, const double *u) {
     bool any = false;
     for (int i = 0; i < p->n; i++) {
         const double *slip = u + p->line[p->item[i].across], *a = c->solution->u + p->item[i].across;
-        if (!(c->ahead[i] > c->fading[i]) ||
+        if (c->ahead[i] == c->fading[i] ||
             !(c->ahead[i] * (slip[0] * a[0] + slip[1] * a[1]) < slip[0] * slip[0] + slip[1] * slip[1]))
             continue;
         c->ahead[i] = c->fading[i];
