@@ -14,8 +14,8 @@
 enum { LONGEST = 4096 }; /* bytes of a message; no list is longer */
 
 /* All messages pass through here. The newlines at both ends of the format are the program's own. Those within the text
- * came with a name. */
-void kt_print_all(const char *format, va_list arguments) {
+ * came with a name. A message is one write: messages of two processes do not mix, and nobody reads half of a line. */
+KT_PRINTF(2, 0) static void print_once(const char *begin, const char *format, va_list arguments, const char *last) {
     char words[LONGEST], shown[LONGEST + 512];
     const size_t before = strspn(format, "\n");
     size_t after = strlen(format);
@@ -27,8 +27,10 @@ void kt_print_all(const char *format, va_list arguments) {
         end--;
     words[end] = '\0';
     (void)kt_text_escape(words + before, shown, sizeof shown);
-    fprintf(stderr, "%.*s%s%s", (int)before, format, shown, format + after);
+    fprintf(stderr, "%s%.*s%s%s%s", begin, (int)before, format, shown, format + after, last);
 }
+
+void kt_print_all(const char *format, va_list arguments) { print_once("", format, arguments, ""); }
 
 void kt_print(const char *format, ...) {
     va_list arguments;
@@ -37,23 +39,17 @@ void kt_print(const char *format, ...) {
     va_end(arguments);
 }
 
-KT_PRINTF(1, 0) static void print_words(const char *format, va_list arguments) {
-    fputs("kinetree: ", stderr);
-    kt_print_all(format, arguments);
-    fputc('\n', stderr);
-}
-
 void kt_say(const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
-    print_words(format, arguments);
+    print_once("kinetree: ", format, arguments, "\n");
     va_end(arguments);
 }
 
 int kt_reject(int code, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
-    print_words(format, arguments);
+    print_once("kinetree: ", format, arguments, "\n");
     va_end(arguments);
     return code;
 }
