@@ -19,8 +19,17 @@ typedef struct kt_xml {
     size_t text_size, text_room;
 } kt_xml;
 
-static uint32_t xml_line_of(XML_Parser parser) { return (uint32_t)XML_GetCurrentLineNumber(parser); }
-static uint32_t xml_column_of(XML_Parser parser) { return (uint32_t)XML_GetCurrentColumnNumber(parser) + 1; }
+/* Since version 2.9, expat deprecates the calls whose width depends on its build. */
+#if XML_MAJOR_VERSION > 2 || XML_MINOR_VERSION >= 9
+#define XML_LINE_NUMBER XML_GetCurrentLineNumber64
+#define XML_COLUMN_NUMBER XML_GetCurrentColumnNumber64
+#else
+#define XML_LINE_NUMBER XML_GetCurrentLineNumber
+#define XML_COLUMN_NUMBER XML_GetCurrentColumnNumber
+#endif
+
+static uint32_t xml_line_of(XML_Parser parser) { return (uint32_t)XML_LINE_NUMBER(parser); }
+static uint32_t xml_column_of(XML_Parser parser) { return (uint32_t)XML_COLUMN_NUMBER(parser) + 1; }
 
 /* Ends the reading after a fault or for want of memory. */
 static void stop(kt_xml *x) { (void)XML_StopParser(x->parser, XML_FALSE); }
