@@ -133,13 +133,13 @@ static void solve_one_least(const double *w, const double *q, double mu, double 
 /* One sweep of the block Gauss-Seidel method. Each x_i in turn solves the problem of its item alone: with the block
  * w = W_ii and q = b_i + sum of W_ij x_j over the other items. An item is a cone, a force of at least `least`, or a
  * force of at most `limit`. */
-static void sweep_cones(kt_cone *cone, const kt_cone_linear *of, double *x) {
+static void sweep_cones(kt_cone *cone, const double *b, double *x) {
     const int m = 3 * cone->n;
     for (int i = 0; i < cone->n; i++) {
         double q[3], w[9];
         for (int c = 0; c < 3; c++) {
-            const double *W = of->W + (3 * i + c) * m;
-            q[c] = of->b[3 * i + c];
+            const double *W = cone->W + (3 * i + c) * m;
+            q[c] = b[3 * i + c];
             for (int k = cone->first[i]; k < cone->first[i + 1]; k++) {
                 const int j = 3 * cone->block[k];
                 q[c] += j == 3 * i ? 0.0 : W[j] * x[j] + W[j + 1] * x[j + 1] + W[j + 2] * x[j + 2];
@@ -171,15 +171,14 @@ static void raise_diagonal(kt_cone *cone, double delta) {
 
 /* Solves W + delta 1 and b - delta z, from z to z. Returns whether a solution is found. */
 static bool find_proximal(kt_cone *cone, double delta) {
-    const kt_cone_linear near = {cone->W, cone->near_b};
     for (int i = 0; i < 3 * cone->n; i++)
         cone->near_b[i] = cone->b[i] - delta * cone->z[i];
     raise_diagonal(cone, delta);
-    bool done = kt_cone_newton(cone, &near, cone->z, NEWTON_MOST);
+    bool done = kt_cone_newton(cone, cone->near_b, cone->z, NEWTON_MOST);
     for (int k = 0; !done && k < 3; k++) {
         for (int j = 0; j < 30 * (k + 1); j++)
-            sweep_cones(cone, &near, cone->z);
-        done = kt_cone_newton(cone, &near, cone->z, NEWTON_MOST);
+            sweep_cones(cone, cone->near_b, cone->z);
+        done = kt_cone_newton(cone, cone->near_b, cone->z, NEWTON_MOST);
     }
     raise_diagonal(cone, 0.0);
     return done;
@@ -187,9 +186,9 @@ static bool find_proximal(kt_cone *cone, double delta) {
 
 /* Proximal points z: each solves (W + delta 1) z' + b - delta z, and delta falls tenfold after six of them. From each
  * point near a solution, Newton is tried on the problem itself. y becomes the best point. */
-static void approach(kt_cone *cone, const kt_cone_linear *of, double *y) {
+static void approach(kt_cone *cone, double *y) {
     const int m = 3 * cone->n;
-    double residual = kt_cone_residual(cone, of, y);
+    double residual = kt_cone_residual(cone, cone->b, y);
     memcpy(cone->z, y, (size_t)m * sizeof *y);
     for (int i = 0; i < m; i++)
         cone->diagonal[i] = cone->W[i * m + i];
@@ -199,9 +198,9 @@ static void approach(kt_cone *cone, const kt_cone_linear *of, double *y) {
         for (int outer = 0; outer < 6 && residual > cone->enough && done; outer++) {
             done = find_proximal(cone, delta);
             memcpy(cone->r, cone->z, (size_t)m * sizeof *y);
-            if (kt_cone_residual(cone, of, cone->r) < 1e-3)
-                (void)kt_cone_newton(cone, of, cone->r, NEWTON_MOST);
-            const double left = kt_cone_residual(cone, of, cone->r);
+            if (kt_cone_residual(cone, cone->b, cone->r) < 1e-3)
+                (void)kt_cone_newton(cone, cone->b, cone->r, NEWTON_MOST);
+            const double left = kt_cone_residual(cone, cone->b, cone->r);
             if (left < residual)
                 memcpy(y, cone->r, (size_t)m * sizeof *y);
             residual = fmin(residual, left);
@@ -212,35 +211,47 @@ static void approach(kt_cone *cone, const kt_cone_linear *of, double *y) {
 
 /* ---- the cascade ------------------------------------------------------------------------------------------------- */
 
-/* Copies the problem and the start p in scaled numbers: W_ij s_i s_j, b_i s_i and x_i = p_i / s_i. The scale s_i
- * makes the largest diagonal entry of the block W_ii equal to 1, so that masses and units do not matter. */
-static void scale_problem(kt_cone *cone, const kt_cone_problem *problem, const double *p) {
-    const int m = 3 * problem->n;
+/* Copies the block of two items of a problem with blocks to W. */
+static void copy_block(const kt_cone *cone, const kt_cone_blocks *blocks, int i, int j, double *W) {
+    double w[9];
+    blocks->block(blocks->user, i, j, w);
+    for (int r = 0; r < 3; r++)
+        memcpy(W + 3 * r * cone->n, w + 3 * r, 3 * sizeof *w);
+}
+
+/* Copies n items of the problem (kt_cone_cascade) and the start p in scaled numbers: W_ij s_i s_j, b_i s_i and
+ * x_i = p_i / s_i. The scale s_i makes the largest diagonal entry of the block W_ii equal to 1, so that masses and units
+ * do not matter. */
+static void scale_problem(kt_cone *cone, const kt_cone_problem *problem, const int *member, int n, const double *p) {
+    const int m = 3 * n;
     double rate = 0.0;
-    cone->n = problem->n;
+    cone->n = n;
     cone->symmetric = problem->symmetric;
     cone->has_least = cone->has_limit = false;
     cone->newton = 0;
     cone->gain = problem->gain;
-    for (int i = 0; i < problem->n; i++) {
+    if (m > 0 && member == NULL && problem->W != cone->W) /* both are NULL without contacts */
+        memcpy(cone->W, problem->W, (size_t)(m * m) * sizeof *cone->W);
+    for (int i = 0; i < n; i++) {
+        const int of = member != NULL ? member[i] : i;
         double most = 0.0;
+        for (int j = 0; member != NULL && j < n; j++)
+            copy_block(cone, problem->blocks, of, member[j], cone->W + 3 * i * m + 3 * j);
         for (int k = 0; k < 3; k++)
-            most = fmax(most, problem->W[(3 * i + k) * m + 3 * i + k]);
+            most = fmax(most, cone->W[(3 * i + k) * m + 3 * i + k]);
         const double scale = most > 0.0 ? 1.0 / sqrt(most) : 1.0;
         cone->scale[i] = scale;
-        cone->mu[i] = problem->mu[i];
-        cone->least[i] = problem->least != NULL ? problem->least[i] / scale : 0.0;
-        cone->limit[i] = problem->limit != NULL ? problem->limit[i] / scale : -1.0;
+        cone->mu[i] = problem->mu[of];
+        cone->least[i] = problem->least != NULL ? problem->least[of] / scale : 0.0;
+        cone->limit[i] = problem->limit != NULL ? problem->limit[of] / scale : -1.0;
         cone->has_least = cone->has_least || cone->least[i] > 0.0;
         cone->has_limit = cone->has_limit || cone->limit[i] >= 0.0;
+        for (int k = 0; k < 3; k++) {
+            cone->b[3 * i + k] = problem->b[3 * of + k] * scale;
+            cone->x[3 * i + k] = p[3 * of + k] / scale;
+            rate = fmax(rate, fabs(cone->b[3 * i + k]));
+        }
     }
-    for (int r = 0; r < m; r++) {
-        cone->b[r] = problem->b[r] * cone->scale[r / 3];
-        cone->x[r] = p[r] / cone->scale[r / 3];
-        rate = fmax(rate, fabs(cone->b[r]));
-    }
-    if (m > 0 && problem->W != cone->W) /* both are NULL without contacts */
-        memcpy(cone->W, problem->W, (size_t)(m * m) * sizeof *cone->W);
     kt_cone_list_blocks(cone);
     for (int r = 0; r < m; r++)
         for (int k = 3 * cone->first[r / 3]; k < 3 * cone->first[r / 3 + 1]; k++) {
@@ -254,15 +265,15 @@ static void scale_problem(kt_cone *cone, const kt_cone_problem *problem, const d
 
 /* Sweeps and Newton in turn, each from the end of the other. From modes between which Newton's method cycles, sweeps
  * lead away. The best goes to y. */
-static void alternate(kt_cone *cone, const kt_cone_linear *of, double *y) {
+static void alternate(kt_cone *cone, double *y) {
     const size_t bytes = 3 * (size_t)cone->n * sizeof *y;
     double least = (double)INFINITY;
     memcpy(cone->z, cone->found, bytes);
     for (int turn = 0; turn < TURNS && !(least <= cone->enough); turn++) {
         for (int k = 0; k < TURN_SWEEPS; k++)
-            sweep_cones(cone, of, cone->z);
-        (void)kt_cone_newton(cone, of, cone->z, TURN_NEWTON);
-        const double left = kt_cone_residual(cone, of, cone->z);
+            sweep_cones(cone, cone->b, cone->z);
+        (void)kt_cone_newton(cone, cone->b, cone->z, TURN_NEWTON);
+        const double left = kt_cone_residual(cone, cone->b, cone->z);
         if (left < least)
             memcpy(y, cone->z, bytes);
         least = fmin(least, left);
@@ -270,30 +281,30 @@ static void alternate(kt_cone *cone, const kt_cone_linear *of, double *y) {
 }
 
 /* Runs one solver from x, or from the best solution so far, and writes its solution to y. */
-static void run_round(kt_cone *cone, const kt_cone_linear *of, kt_cone_round round) {
+static void run_round(kt_cone *cone, kt_cone_round round) {
     static const int sweeps[KT_CONE_ROUNDS] = {[KT_CONE_NEWTON] = 2, [KT_CONE_MANY_SWEEPS] = MANY};
     const size_t bytes = 3 * (size_t)cone->n * sizeof(double);
     if (round == KT_CONE_SWEEPS) {
-        alternate(cone, of, cone->y);
+        alternate(cone, cone->y);
     } else if (round == KT_CONE_INTERIOR) {
         memcpy(cone->y, cone->x, bytes);
         if (cone->symmetric && !cone->has_least && !cone->has_limit)
             kt_cone_interior(cone, cone->y);
     } else if (round == KT_CONE_PROXIMAL) {
         memcpy(cone->y, cone->found, bytes);
-        approach(cone, of, cone->y);
+        approach(cone, cone->y);
     } else {
         for (int k = 0; k < sweeps[round]; k++)
-            sweep_cones(cone, of, cone->x);
+            sweep_cones(cone, cone->b, cone->x);
         memcpy(cone->y, cone->x, bytes);
-        (void)kt_cone_newton(cone, of, cone->y, NEWTON_MOST);
+        (void)kt_cone_newton(cone, cone->b, cone->y, NEWTON_MOST);
     }
 }
 
 /* Runs one solver, and keeps its solution if it is the best so far. */
-static void take_round(kt_cone *cone, const kt_cone_linear *of, kt_cone_round round, kt_cone_result *result) {
-    run_round(cone, of, round);
-    const double left = kt_cone_residual(cone, of, cone->y);
+static void take_round(kt_cone *cone, kt_cone_round round, kt_cone_result *result) {
+    run_round(cone, round);
+    const double left = kt_cone_residual(cone, cone->b, cone->y);
     if (left < result->residual) {
         result->residual = left;
         result->round = round;
@@ -301,21 +312,20 @@ static void take_round(kt_cone *cone, const kt_cone_linear *of, kt_cone_round ro
     }
 }
 
-kt_cone_result kt_cone_cascade(kt_cone *cone, const kt_cone_problem *problem, double *p) {
-    assert(problem->n >= 0 && problem->n <= cone->most);
+kt_cone_result kt_cone_cascade(kt_cone *cone, const kt_cone_problem *problem, const int *member, int n, double *p) {
+    assert(n >= 0 && n <= cone->most);
     kt_cone_result result = {.residual = (double)INFINITY};
-    scale_problem(cone, problem, p);
-    const kt_cone_linear of = {cone->W, cone->b};
+    scale_problem(cone, problem, member, n, p);
     memcpy(cone->found, cone->x, 3 * (size_t)cone->n * sizeof *p);
     cone->enough = fmax(problem->enough, polished);
     for (int round = 0; round < KT_CONE_ROUNDS && !(result.residual <= cone->enough); round++)
-        take_round(cone, &of, (kt_cone_round)round, &result);
+        take_round(cone, (kt_cone_round)round, &result);
     cone->enough = polished;
     if (cone->n <= SMALL && result.residual > polished && problem->enough > polished)
-        take_round(cone, &of, KT_CONE_INTERIOR, &result);
+        take_round(cone, KT_CONE_INTERIOR, &result);
     result.newton = cone->newton;
     result.converged = result.residual <= converged;
-    for (int r = 0; r < 3 * cone->n; r++)
-        p[r] = cone->found[r] * cone->scale[r / 3];
+    for (int r = 0; r < 3 * n; r++)
+        p[member != NULL ? 3 * member[r / 3] + r % 3 : r] = cone->found[r] * cone->scale[r / 3];
     return result;
 }

@@ -228,20 +228,19 @@ static void step_interior(kt_cone *cone, interior *it) {
 }
 
 void kt_cone_interior(kt_cone *cone, double *y) {
-    const kt_cone_linear of = {cone->W, cone->b};
     const int m = 3 * cone->n;
     interior it;
-    double least = kt_cone_residual(cone, &of, y);
+    double least = kt_cone_residual(cone, cone->b, y);
     begin_interior(cone, &it);
     for (int k = 0; k < STEPS; k++) {
         const double residual = find_gap(cone, &it);
         for (int i = 0; i < m; i++)
             cone->z[i] = it.size * cone->r[i] * cone->weight[i]; /* p = D r */
-        const double left = kt_cone_residual(cone, &of, cone->z);
+        const double left = kt_cone_residual(cone, cone->b, cone->z);
         if (left < least)
             memcpy(y, cone->z, (size_t)m * sizeof *y);
         least = fmin(least, left);
-        if (left < 1e-4 && k % 3 == 0 && kt_cone_newton(cone, &of, cone->z, POLISH)) {
+        if (left < 1e-4 && k % 3 == 0 && kt_cone_newton(cone, cone->b, cone->z, POLISH)) {
             memcpy(y, cone->z, (size_t)m * sizeof *y);
             return;
         }
@@ -250,7 +249,7 @@ void kt_cone_interior(kt_cone *cone, double *y) {
         step_interior(cone, &it);
     }
     memcpy(cone->z, y, (size_t)m * sizeof *y);
-    (void)kt_cone_newton(cone, &of, cone->z, POLISH_LAST);
-    if (kt_cone_residual(cone, &of, cone->z) < least)
+    (void)kt_cone_newton(cone, cone->b, cone->z, POLISH_LAST);
+    if (kt_cone_residual(cone, cone->b, cone->z) < least)
         memcpy(y, cone->z, (size_t)m * sizeof *y);
 }

@@ -134,39 +134,7 @@ static bool free_place(kt_cone *cone, const kt_cone_problem *problem, double *p,
     return *count < cone->most;
 }
 
-/* ---- its problem ------------------------------------------------------------------------------------------------- */
-
-/* Solves the problem of the set, from p to p. */
-static kt_cone_result solve_set(kt_cone *cone, const kt_cone_problem *problem, int count, double *p) {
-    const int m = 3 * count;
-    double w[9];
-    for (int k = 0; k < count; k++) {
-        const int i = cone->member[k];
-        memcpy(cone->of_b + 3 * k, problem->b + 3 * i, 3 * sizeof *p);
-        memcpy(cone->of_p + 3 * k, p + 3 * i, 3 * sizeof *p);
-        cone->of_mu[k] = problem->mu[i];
-        cone->of_least[k] = problem->least != NULL ? problem->least[i] : 0.0;
-        cone->of_limit[k] = problem->limit != NULL ? problem->limit[i] : -1.0;
-        for (int l = 0; l < count; l++) {
-            problem->blocks->block(problem->blocks->user, i, cone->member[l], w);
-            for (int r = 0; r < 3; r++)
-                memcpy(cone->W + (3 * k + r) * m + 3 * l, w + 3 * r, 3 * sizeof *w);
-        }
-    }
-    const kt_cone_problem own = {.n = count,
-                                 .W = cone->W,
-                                 .b = cone->of_b,
-                                 .mu = cone->of_mu,
-                                 .least = problem->least != NULL ? cone->of_least : NULL,
-                                 .limit = problem->limit != NULL ? cone->of_limit : NULL,
-                                 .symmetric = problem->symmetric,
-                                 .gain = problem->gain,
-                                 .enough = problem->enough};
-    const kt_cone_result result = kt_cone_cascade(cone, &own, cone->of_p);
-    for (int k = 0; k < count; k++)
-        memcpy(p + 3 * cone->member[k], cone->of_p + 3 * k, 3 * sizeof *p);
-    return result;
-}
+/* ---- the solution ------------------------------------------------------------------------------------------------ */
 
 /* The contact outside of the set that closes fastest, or -1. *speed: relative to the largest rates and impulses. */
 static int find_closing(kt_cone *cone, const kt_cone_problem *problem, const double *p, double *speed) {
@@ -196,7 +164,8 @@ kt_cone_result kt_cone_solve_members(kt_cone *cone, const kt_cone_problem *probl
         return result;
     for (int change = 0; change < SET_CHANGES * cone->most; change++) {
         double speed;
-        result = count > 0 ? solve_set(cone, problem, count, p) : (kt_cone_result){.converged = true};
+        result =
+            count > 0 ? kt_cone_cascade(cone, problem, cone->member, count, p) : (kt_cone_result){.converged = true};
         newton += result.newton;
         result.newton = newton;
         const int next = find_closing(cone, problem, p, &speed);

@@ -31,12 +31,12 @@ static bool is_known(cone_mode mode, int row) {
 }
 
 /* u = W x + b. Only the blocks of W that are not zero take part. */
-static void find_rates(const kt_cone *cone, const kt_cone_linear *of, const double *x, double *u) {
+static void find_rates(const kt_cone *cone, const double *b, const double *x, double *u) {
     const int m = 3 * cone->n;
     for (int r = 0; r < m; r++) {
-        double sum = of->b[r];
+        double sum = b[r];
         for (int k = cone->first[r / 3]; k < cone->first[r / 3 + 1]; k++) {
-            const double *W = of->W + r * m + 3 * cone->block[k], *y = x + 3 * cone->block[k];
+            const double *W = cone->W + r * m + 3 * cone->block[k], *y = x + 3 * cone->block[k];
             sum += W[0] * y[0] + W[1] * y[1] + W[2] * y[2];
         }
         u[r] = sum;
@@ -78,25 +78,25 @@ static double find_function(kt_cone *cone, const double *x, const double *u, dou
 }
 
 /* The residual at x, whose rates and function are known. */
-static double known_residual(const kt_cone *cone, const kt_cone_linear *of, const double *x) {
+static double known_residual(const kt_cone *cone, const double *b, const double *x) {
     double most = 0.0, impulse = 0.0, rate = 0.0;
     for (int r = 0; r < 3 * cone->n; r++) {
         if (!isfinite(x[r]) || !isfinite(cone->u[r]) || !isfinite(cone->f[r])) /* fmax leaves NaN out */
             return (double)INFINITY;
         most = fmax(most, fabs(cone->f[r]));
         impulse = fmax(impulse, fabs(x[r]));
-        rate = fmax(rate, fabs(of->b[r]));
+        rate = fmax(rate, fabs(b[r]));
     }
     const bool is_bounded = cone->gain > 0.0 && rate > 0.0;
     const double size = fmax(rate, is_bounded ? fmin(impulse, cone->gain * rate) : impulse);
     return most > 0.0 ? most / size : 0.0;
 }
 
-double kt_cone_residual(kt_cone *cone, const kt_cone_linear *of, const double *x) {
+double kt_cone_residual(kt_cone *cone, const double *b, const double *x) {
     assert(cone->n == 0 || (x != cone->u && x != cone->f)); /* arrays without numbers may coincide */
-    find_rates(cone, of, x, cone->u);
+    find_rates(cone, b, x, cone->u);
     (void)find_function(cone, x, cone->u, cone->f);
-    return known_residual(cone, of, x);
+    return known_residual(cone, b, x);
 }
 
 /* ---- Newton ------------------------------------------------------------------------------------------------------ */
@@ -133,7 +133,7 @@ static double linearise(const kt_cone *cone, int i, int c, const double *x, doub
 
 /* The linear system of a step dx: du of each contact, a combination of the rows of W + damp 1, and its own dx.
  * Requires rates, function and modes at x. */
-static void fill_step(kt_cone *cone, const kt_cone_linear *of, const double *x, double damp, double *dx) {
+static void fill_step(kt_cone *cone, const double *x, double damp, double *dx) {
     const int m = 3 * cone->n;
     kt_cone_clear_equations(cone);
     for (int r = 0; r < m; r++) {
@@ -141,7 +141,7 @@ static void fill_step(kt_cone *cone, const kt_cone_linear *of, const double *x, 
         double du[3], own[3];
         dx[r] = linearise(cone, i, r % 3, x, du, own);
         for (int d = 0; d < 3; d++) {
-            const double *W = of->W + (3 * i + d) * m;
+            const double *W = cone->W + (3 * i + d) * m;
             for (int k = cone->first[i]; k < cone->first[i + 1] && du[d] != 0.0; k++) {
                 double *A = kt_cone_block(cone, i, cone->block[k]) + c;
                 for (int e = 0; e < 3; e++)
@@ -162,12 +162,12 @@ static double largest_merit(double *merits, int k, double merit) {
 
 /* Computes the trial point from x along dx, its rates and its function. The merit is below `above` if HALVINGS suffice.
  * Returns the merit. */
-static double search_line(kt_cone *cone, const kt_cone_linear *of, const double *x, double above) {
+static double search_line(kt_cone *cone, const double *b, const double *x, double above) {
     double part = 1.0, merit = 0.0;
     for (int h = 0; h < HALVINGS; h++) {
         for (int i = 0; i < 3 * cone->n; i++)
             cone->trial[i] = x[i] + part * cone->dx[i];
-        find_rates(cone, of, cone->trial, cone->u);
+        find_rates(cone, b, cone->trial, cone->u);
         merit = find_function(cone, cone->trial, cone->u, cone->f);
         if (merit < (1.0 - 1e-4 * part) * above)
             break;
@@ -176,26 +176,26 @@ static double search_line(kt_cone *cone, const kt_cone_linear *of, const double 
     return merit;
 }
 
-bool kt_cone_newton(kt_cone *cone, const kt_cone_linear *of, double *x, int most) {
+bool kt_cone_newton(kt_cone *cone, const double *b, double *x, int most) {
     assert(cone->n <= cone->most && most >= 0);
     assert(cone->n == 0 || (x != cone->best && x != cone->trial && x != cone->u && x != cone->f && x != cone->dx));
     const size_t bytes = 3 * (size_t)cone->n * sizeof *x;
-    find_rates(cone, of, x, cone->u);
+    find_rates(cone, b, x, cone->u);
     double merit = find_function(cone, x, cone->u, cone->f), merits[MERITS];
-    double last = known_residual(cone, of, x), left = last;
+    double last = known_residual(cone, b, x), left = last;
     bool done = last <= exact;
     memcpy(cone->best, x, bytes);
     for (int k = 0, worse = 0, slow = 0; k < most && !done; k++) {
         const double above = largest_merit(merits, k, merit);
-        fill_step(cone, of, x, fmax(damping_least, fmin(damping * left, damping_most)), cone->dx);
+        fill_step(cone, x, fmax(damping_least, fmin(damping * left, damping_most)), cone->dx);
         kt_cone_eliminate(cone, cone->dx);
         cone->newton++;
-        const double now = search_line(cone, of, x, above);
+        const double now = search_line(cone, b, x, above);
         worse += !(now < above);
         if (worse > WORSE_MOST || !(now < 1e300))
             break;
         memcpy(x, cone->trial, bytes);
-        left = known_residual(cone, of, x);
+        left = known_residual(cone, b, x);
         if (left < last)
             memcpy(cone->best, x, bytes);
         last = fmin(last, left);

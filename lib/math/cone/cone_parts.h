@@ -44,12 +44,7 @@
     X(int, member, m, "the working set")                                                                               \
     X(bool, is_member, n, "whether a contact is in it")                                                                \
     X(double, unit, n, "scales of all contacts")                                                                       \
-    X(double, rate, 3 * n, "rates of all contacts")                                                                    \
-    X(double, of_b, m, "of the problem of the set")                                                                    \
-    X(double, of_mu, m, "likewise")                                                                                    \
-    X(double, of_least, m, "likewise")                                                                                 \
-    X(double, of_limit, m, "likewise")                                                                                 \
-    X(double, of_p, m, "likewise")
+    X(double, rate, 3 * n, "rates of all contacts")
 
 #define KT_CONE_MATRICES(X)                                                                                            \
     X(double, W, m *m, "scaled")                                                                                       \
@@ -70,19 +65,15 @@ struct kt_cone {
     KT_ARENA_DECLARE(KT_CONE_MEMBER_FIELDS)
 };
 
-/* A problem of the same cones: the scaled problem, or the problem of a proximal point. */
-typedef struct kt_cone_linear {
-    const double *W, *b;
-} kt_cone_linear;
+/* Solves a problem with a stored matrix, or with blocks for `n` of its items, in this order (NULL: all items). */
+kt_cone_result kt_cone_cascade(kt_cone *cone, const kt_cone_problem *problem, const int *member, int n, double *p);
 
-/* Solves a problem with a stored matrix. */
-kt_cone_result kt_cone_cascade(kt_cone *cone, const kt_cone_problem *problem, double *p);
-
-double kt_cone_residual(kt_cone *cone, const kt_cone_linear *of, const double *x);
+/* The residual at x, with these b: those of the scaled problem, or of a proximal point. */
+double kt_cone_residual(kt_cone *cone, const double *b, const double *x);
 
 /* Newton's method from x, at most so many steps. Returns whether the residual is cone->enough or less; x is the best.
  * Steps have Levenberg and Marquardt's damping, in proportion to the residual: redundant contacts leave W singular. */
-bool kt_cone_newton(kt_cone *cone, const kt_cone_linear *of, double *x, int most);
+bool kt_cone_newton(kt_cone *cone, const double *b, double *x, int most);
 
 /* Equations A x = y in blocks of 3 x 3 (cone_equations.c). kt_cone_list_blocks finds the blocks of W and of A.
  * kt_cone_clear_equations begins with A = 0. kt_cone_eliminate solves from y to x, and overwrites A. */

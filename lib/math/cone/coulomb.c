@@ -94,14 +94,12 @@ static void gather(const kt_coulomb *c, const double *p, double *x) {
 static void pose(const kt_coulomb *c, kt_coulomb_solver *p) {
     const int m = 3 * c->n;
     gather(c, c->b, p->b);
-    p->has_limit = false;
     p->symmetric = true;
     for (int i = 0; i < c->n; i++) {
         const kt_coulomb_item *item = &c->item[i];
         p->mu[i] = item->type == KT_COULOMB_CONE ? item->friction : 0.0;
         p->least[i] = item->least;
         p->limit[i] = item->type == KT_COULOMB_DRY ? item->friction : kt_coulomb_is_open_alone(item) ? 0.0 : -1.0;
-        p->has_limit = p->has_limit || p->limit[i] >= 0.0;
         p->symmetric = p->symmetric && item->type != KT_COULOMB_SLIPS;
     }
     for (int i = 0; i < c->n && c->n <= c->most; i++)
@@ -115,7 +113,7 @@ static void posed_block(const void *user, int i, int j, double *w) { pose_block(
 static void posed_rates(const void *user, const double *x, double *rate) {
     const kt_coulomb *c = user;
     scatter_rows(c, x, c->system->dp);
-    kt_coulomb_find_rates(c, c->system->dp, c->rate);
+    kt_coulomb_find_rates(c, c->system->dp, NULL, c->rate);
     gather(c, c->rate, rate);
 }
 
@@ -136,9 +134,7 @@ static bool slips_across(const kt_coulomb_item *item, double size, const double 
  * Forces and rates that are a tiny part of the largest ones count as zero. */
 static void find_modes(const kt_coulomb *c, kt_coulomb_solution *to) {
     const double strength = kt_coulomb_strength(c, to->p);
-    kt_coulomb_find_rates(c, to->p, to->u);
-    for (int j = 0; j < c->rows; j++)
-        to->u[j] += c->b[j];
+    kt_coulomb_find_rates(c, to->p, c->b, to->u);
     for (int i = 0; i < c->n; i++) {
         const kt_coulomb_item *item = &c->item[i];
         const double p = to->p[item->row], u = to->u[item->row], size = kt_coulomb_rate_size(c, i, strength);
@@ -189,7 +185,7 @@ static bool solve_from(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
                                      .b = solver->b,
                                      .mu = solver->mu,
                                      .least = solver->least,
-                                     .limit = solver->has_limit ? solver->limit : NULL,
+                                     .limit = solver->limit,
                                      .symmetric = solver->symmetric};
     const kt_cone_result result = kt_cone_solve(solver->cone, &problem, solver->x);
     *steps += (uint64_t)result.newton;
@@ -445,22 +441,17 @@ bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent
                       uint64_t *steps) {
     assert(c->n >= 0 && c->rows >= c->n && (c->n == 0 || c->W != NULL || c->entry != NULL));
     assert(solution != solver->other && solution != solver->next && solution != solver->best);
-    solution->count = solver->other->count = 0;
+    solution->count = 1;
     if (!has_friction(c)) {
         start_from_zero(c, solver);
-        solution->count = 1;
         return solve_from(c, solver, solution, steps) || solve_loosely(c, solver, solution, steps);
     }
-    if (kt_coulomb_find_rest(c, solution, false)) {
-        solution->count = 1;
+    if (kt_coulomb_find_rest(c, solution, false))
         return true;
-    }
     stick_all(c, solution);
     const bool sorts = !kt_coulomb_is_unique(c, solution);
-    if (sorts && kt_coulomb_find_rest(c, solution, true)) {
-        solution->count = 1;
+    if (sorts && kt_coulomb_find_rest(c, solution, true))
         return true;
-    }
     if (sorts)
         kt_coulomb_sort(c, solver);
     const bool found = solve_moving(c, solver, independent, solution, steps);

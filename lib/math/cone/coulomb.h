@@ -171,14 +171,6 @@ static inline double kt_coulomb_coupling(const kt_coulomb *c, int i, int j) {
     return size > 0.0 ? kt_coulomb_entry(c, i, j) / size : 0.0;
 }
 
-/* A row of W if it is stored, and a number in this row. */
-static inline const double *kt_coulomb_row(const kt_coulomb *c, int row) {
-    return c->W != NULL ? c->W + c->line[row] * c->stride : NULL;
-}
-static inline double kt_coulomb_in_row(const kt_coulomb *c, const double *W, int row, int column) {
-    return W != NULL ? W[c->line[column]] : c->entry(c->user, c->line[row], c->line[column]);
-}
-
 /* Bytes of the matrices of a problem and its solver, with room for `most` items: the cone solver and the exact modes
  * never run at the same time. The matrices are scratch: between two solutions the caller may use the memory
  * otherwise. */
@@ -207,8 +199,8 @@ bool kt_coulomb_slips(const kt_coulomb *c, const kt_coulomb_solution *to, int i)
 /* Whether the matrices have room for the closed items. All functions below, except the rate and the check, require
  * this. */
 bool kt_coulomb_fits(const kt_coulomb *c, const kt_coulomb_solution *to);
-/* The rates of all rows without b: W p. */
-void kt_coulomb_find_rates(const kt_coulomb *c, const double *p, double *rate);
+/* The rates of all rows: W p + b. b: NULL for zeros. */
+void kt_coulomb_find_rates(const kt_coulomb *c, const double *p, const double *b, double *rate);
 /* Whether the closed items have room, and the normal rows of closed contacts are independent. */
 bool kt_coulomb_is_unique(const kt_coulomb *c, const kt_coulomb_solution *to);
 /* The number of rows that an item holds. The number is 0 for an open item and for dry friction that slips. A cone that
@@ -273,8 +265,8 @@ bool kt_coulomb_find_rest(const kt_coulomb *c, kt_coulomb_solution *to, bool sli
     X(char, cone_memory, cone, "the cone solver")
 
 typedef struct kt_coulomb_solver {
-    bool has_limit, symmetric; /* of the cone problem: some item has a largest force; W is symmetric */
-    bool is_loose;             /* larger residuals are taken, since there is no solution with smaller ones */
+    bool symmetric; /* of the cone problem: W */
+    bool is_loose;  /* larger residuals are taken, since there is no solution with smaller ones */
     struct kt_cone *cone;
     kt_coulomb_solution *other, *next, *best;
     KT_ARENA_DECLARE(KT_COULOMB_SOLVER_FIELDS)

@@ -98,7 +98,7 @@ static int begin_rest(const kt_coulomb *c, kt_coulomb_solution *to, bool *slips)
             to->p[item->row] = to->mode[i] == KT_COULOMB_SLIP ? -item->friction : item->friction;
         rows += rows_at_rest(c, to, i);
     }
-    kt_coulomb_find_rates(c, to->p, to->u);
+    kt_coulomb_find_rates(c, to->p, NULL, to->u);
     return rows;
 }
 
@@ -127,9 +127,7 @@ bool kt_coulomb_stick(const kt_coulomb *c, kt_coulomb_solution *to) {
     copy_resting(c, statics, to->p);
     const double weak = kt_statics_exact * statics->unit, strength = kt_coulomb_strength(c, to->p);
     bool holds = statics->margin >= -kt_statics_exact;
-    kt_coulomb_find_rates(c, to->p, to->u);
-    for (int i = 0; i < c->rows; i++)
-        to->u[i] += c->b[i];
+    kt_coulomb_find_rates(c, to->p, c->b, to->u);
     for (int i = 0; i < c->n; i++) {
         const kt_coulomb_item *item = &c->item[i];
         holds = holds && rates_agree(c, to, i, strength);

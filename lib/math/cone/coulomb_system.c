@@ -159,36 +159,17 @@ static void begin_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_
     }
 }
 
-/* Sums along a row without stored W, because most impulses are zero. */
-static double sum_nonzero_along(const kt_coulomb *c, int row, const double *p) {
+/* The rate due to the forces p in one row, of which most are zero: row . p, for a row of W. */
+static inline double sum_along(const kt_coulomb *c, int row, const double *p) {
     double sum = 0.0;
     for (int j = 0; j < c->rows; j++)
         sum += p[j] != 0.0 ? kt_coulomb_entry(c, row, j) * p[j] : 0.0;
     return sum;
 }
 
-/* The rate due to the forces p in one row: row . p, for a row of W. */
-static inline double sum_along(const kt_coulomb *c, int row, const double *p) {
-    const double *W = kt_coulomb_row(c, row);
-    double sum = 0.0;
-    if (W == NULL)
-        return sum_nonzero_along(c, row, p);
-    for (int j = 0; j < c->rows; j++)
-        sum += W[c->line[j]] * p[j];
-    return sum;
-}
-
-void kt_coulomb_find_rates(const kt_coulomb *c, const double *p, double *rate) {
-    int n = 0;
-    for (int j = 0; c->W == NULL && j < c->rows; j++)
-        if (p[j] != 0.0)
-            c->nonzero[n++] = j;
-    for (int row = 0; row < c->rows; row++) {
-        double sum = 0.0;
-        for (int k = 0; c->W == NULL && k < n; k++)
-            sum += kt_coulomb_entry(c, row, c->nonzero[k]) * p[c->nonzero[k]];
-        rate[row] = c->W != NULL ? sum_along(c, row, p) : sum;
-    }
+void kt_coulomb_find_rates(const kt_coulomb *c, const double *p, const double *b, double *rate) {
+    for (int row = 0; row < c->rows; row++)
+        rate[row] = sum_along(c, row, p) + (b != NULL ? b[row] : 0.0);
 }
 
 bool kt_coulomb_fits(const kt_coulomb *c, const kt_coulomb_solution *to) {
@@ -198,11 +179,11 @@ bool kt_coulomb_fits(const kt_coulomb *c, const kt_coulomb_solution *to) {
     return closed <= c->most;
 }
 
-/* The rate of a row, W, due to a unit of x_k: W P. */
-static double along_unknown(const kt_coulomb *c, const kt_coulomb_system *s, const double *W, int row, int k) {
-    double sum = kt_coulomb_in_row(c, W, row, s->equation[k]);
+/* The rate of a row due to a unit of x_k: W P. */
+static double along_unknown(const kt_coulomb *c, const kt_coulomb_system *s, int row, int k) {
+    double sum = kt_coulomb_entry(c, row, s->equation[k]);
     for (int i = 0; s->across[k] >= 0 && i < 2; i++)
-        sum += kt_coulomb_in_row(c, W, row, s->across[k] + i) * s->by[k][i];
+        sum += kt_coulomb_entry(c, row, s->across[k] + i) * s->by[k][i];
     return sum;
 }
 
@@ -218,10 +199,9 @@ static void fill_system(const kt_coulomb *c, const kt_coulomb_solution *to, kt_c
     s->columns = 1;
     for (int k = 0; k < s->n; k++) {
         const int row = s->equation[k];
-        const double *W = kt_coulomb_row(c, row);
         double *A = kt_coulomb_matrix_row(s->A, k, s->width);
         for (int j = 0; j < s->n; j++)
-            A[j] = along_unknown(c, s, W, row, j);
+            A[j] = along_unknown(c, s, row, j);
         A[s->n] = -c->b[row] - sum_along(c, row, s->fixed);
     }
     for (int i = 0; i < c->n; i++) {
@@ -387,9 +367,7 @@ void kt_coulomb_linear(const kt_coulomb *c, kt_coulomb_solution *to) {
     memcpy(to->p, s->fixed, (size_t)c->rows * sizeof *to->p);
     for (int k = 0; k < s->n; k++)
         add_unit_impulses(s, k, s->x[k], 1.0, to->p);
-    kt_coulomb_find_rates(c, to->p, to->u);
-    for (int j = 0; j < c->rows; j++)
-        to->u[j] += c->b[j];
+    kt_coulomb_find_rates(c, to->p, c->b, to->u);
 }
 
 /* dp/de of the m-th direction, through x and by itself. */
