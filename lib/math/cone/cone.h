@@ -12,10 +12,10 @@
  *     f_n = p_n - l - max(0, p_n - l - u_n)
  *     f_t = p_t - P(p_t - u_t),    P the projection to the disc of radius mu max(l, p_n - u_n)
  *
- * Solvers are tried in order until a solver succeeds. The order begins with two sweeps of block Gauss-Seidel with exact
- * local solutions, and semismooth Newton on f. Sweeps and Newton in turn follow. The next solver is an interior point
- * method for the cones (cone_interior.c) and Newton. The last ones are 600 sweeps and Newton, and proximal points.
- * Newton's method polishes each returned solution. Sums skip blocks of W that are zero.
+ * Solvers are tried in order until a solver succeeds. The order begins with two sweeps of block Gauss-Seidel, in which
+ * each contact takes some steps of projection to its own solution, and semismooth Newton on f. Sweeps and Newton in
+ * turn follow, and then proximal points. Newton's method polishes each returned solution. Sums skip blocks of W that
+ * are zero.
  *
  * Matrices have room for `most` contacts. A problem with more contacts than the matrices hold gives W by blocks, and is
  * solved on a working set of contacts (cone_members.c).
@@ -47,7 +47,6 @@ typedef struct kt_cone_problem {
     const double *mu;             /* n */
     const double *least;          /* n: l; NULL: zeros */
     const double *limit;          /* n: S of dry friction; negative: a contact; NULL: all are contacts */
-    bool symmetric;               /* W is symmetric and positive semidefinite */
     double gain;                  /* the residual is relative to |p| up to gain |b|; 0: to all |p| */
     double enough;                /* the residual at which the cascade ends; 0: rounding */
 } kt_cone_problem;
@@ -56,8 +55,6 @@ typedef struct kt_cone_problem {
 typedef enum kt_cone_round {
     KT_CONE_NEWTON,
     KT_CONE_SWEEPS,
-    KT_CONE_INTERIOR,
-    KT_CONE_MANY_SWEEPS,
     KT_CONE_PROXIMAL,
     KT_CONE_ROUNDS /* how many */
 } kt_cone_round;

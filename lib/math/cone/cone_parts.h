@@ -13,7 +13,7 @@
     X(double, least, m, "of n, scaled")                                                                                \
     X(double, limit, m, "of n, scaled")                                                                                \
     X(double, scale, m, "of n")                                                                                        \
-    X(double, near_b, m, "of proximal points; of the interior point method")                                           \
+    X(double, near_b, m, "of proximal points")                                                                         \
     X(double, diagonal, m, "of W, while that of proximal points is larger")                                            \
     X(double, u, m, "rates")                                                                                           \
     X(double, f, m, "Alart and Curnier's function")                                                                    \
@@ -25,15 +25,6 @@
     X(double, y, m, "of a round")                                                                                      \
     X(double, z, m, "of a proximal point")                                                                             \
     X(double, found, m, "the best of all")                                                                             \
-    X(double, weight, m, "interior point: D")                                                                          \
-    X(double, r, m, "interior point: primal")                                                                          \
-    X(double, s, m, "interior point: dual")                                                                            \
-    X(double, dr, m, "their steps")                                                                                    \
-    X(double, ds, m, "likewise")                                                                                       \
-    X(double, lambda, m, "scaled point")                                                                               \
-    X(double, centre, m, "of the complementarity")                                                                     \
-    X(double, gap, m, "of the equations")                                                                              \
-    X(double, frame, 3 * m, "Nesterov and Todd's scaling, 3 x 3 each")                                                 \
     X(int, first, m + 1, "of n + 1: the first of an item's blocks in `block`")                                         \
     X(int, later_first, m + 1, "likewise in `later`")                                                                  \
     X(int, order, m, "of members of a set")                                                                            \
@@ -56,10 +47,9 @@
 struct kt_cone {
     int most; /* contacts */
     int n;
-    bool symmetric, has_least, has_limit; /* of the problem: W, any least impulse, any dry friction */
-    int newton, blocks;                   /* steps of Newton's method; blocks of A */
-    double gain;   /* the largest impulse in the size of a residual, over the largest rate; 0: unbounded */
-    double enough; /* the residual at which the cascade ends */
+    int newton, blocks; /* steps of Newton's method; blocks of A */
+    double gain;        /* the largest impulse in the size of a residual, over the largest rate; 0: unbounded */
+    double enough;      /* the residual at which the cascade ends */
     KT_ARENA_DECLARE(KT_CONE_FIELDS)
     KT_ARENA_DECLARE(KT_CONE_MATRICES)
     KT_ARENA_DECLARE(KT_CONE_MEMBER_FIELDS)
@@ -84,9 +74,6 @@ void kt_cone_eliminate(kt_cone *cone, double *x);
 static inline double *kt_cone_block(const kt_cone *cone, int i, int j) {
     return cone->A + 9 * cone->place[i * cone->n + j];
 }
-
-/* The interior point method, to y; then Newton. */
-void kt_cone_interior(kt_cone *cone, double *y);
 
 /* Bytes of the arrays of a working set, and these arrays in memory of that size (cone_members.c). */
 size_t kt_cone_members_size(int n, int most);

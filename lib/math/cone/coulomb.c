@@ -94,13 +94,11 @@ static void gather(const kt_coulomb *c, const double *p, double *x) {
 static void pose(const kt_coulomb *c, kt_coulomb_solver *p) {
     const int m = 3 * c->n;
     gather(c, c->b, p->b);
-    p->symmetric = true;
     for (int i = 0; i < c->n; i++) {
         const kt_coulomb_item *item = &c->item[i];
         p->mu[i] = item->type == KT_COULOMB_CONE ? item->friction : 0.0;
         p->least[i] = item->least;
         p->limit[i] = item->type == KT_COULOMB_DRY ? item->friction : kt_coulomb_is_open_alone(item) ? 0.0 : -1.0;
-        p->symmetric = p->symmetric && item->type != KT_COULOMB_SLIPS;
     }
     for (int i = 0; i < c->n && c->n <= c->most; i++)
         for (int j = 0; j < c->n; j++)
@@ -185,8 +183,7 @@ static bool solve_from(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
                                      .b = solver->b,
                                      .mu = solver->mu,
                                      .least = solver->least,
-                                     .limit = solver->limit,
-                                     .symmetric = solver->symmetric};
+                                     .limit = solver->limit};
     const kt_cone_result result = kt_cone_solve(solver->cone, &problem, solver->x);
     *steps += (uint64_t)result.newton;
     if (!result.converged && !(solver->is_loose && result.residual <= loose))

@@ -265,8 +265,7 @@ bool kt_coulomb_find_rest(const kt_coulomb *c, kt_coulomb_solution *to, bool sli
     X(char, cone_memory, cone, "the cone solver")
 
 typedef struct kt_coulomb_solver {
-    bool symmetric; /* of the cone problem: W */
-    bool is_loose;  /* larger residuals are taken, since there is no solution with smaller ones */
+    bool is_loose; /* larger residuals are taken, since there is no solution with smaller ones */
     struct kt_cone *cone;
     kt_coulomb_solution *other, *next, *best;
     KT_ARENA_DECLARE(KT_COULOMB_SOLVER_FIELDS)

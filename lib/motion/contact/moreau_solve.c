@@ -78,7 +78,6 @@ static kt_cone_result solve_cones(kt_simulation *simulation, int count, bool nor
                                      .b = m->b,
                                      .mu = normal ? m->none : m->coefficient,
                                      .limit = m->limits,
-                                     .symmetric = true,
                                      .enough = enough,
                                      .gain = gain};
     const kt_cone_result result = kt_cone_solve(m->cone, &problem, p);
