@@ -39,12 +39,15 @@ typedef struct kt_statics_item {
     double friction; /* mu; of dry friction S */
     double least;    /* l */
     double metric;   /* w */
+    int of;          /* of the caller */
 } kt_statics_item;
 
 /* Matrices are stored by rows. Vectors of the basis are stored one after the other. */
 #define KT_STATICS_FIELDS(X)                                                                                           \
     X(kt_statics_item, item, rows, "items")                                                                            \
     X(double, p, rows, "forces")                                                                                       \
+    X(int, equation, rows, "of the caller: of each force")                                                             \
+    X(double, sign, rows, "likewise")                                                                                  \
     X(double, scale, rows, "of each force: the root of its item's weight")                                             \
     X(double, matrix, rows *columns, "A', a row for each force")                                                       \
     X(double, work, rows *columns, "scratch: its columns that remain")                                                 \

@@ -144,9 +144,6 @@ static kt_status reject_massless(const kt_simulation *simulation, const struct k
 
 /* Lays the solvers' memory out. */
 static void init_solvers(struct kt_contacts *c, const kt_contact_sizes *s) {
-    const size_t phase = kt_impact_phase_size(s->most_items, s->most_rows);
-    c->compression = kt_impact_phase_init(s->most_items, s->most_rows, c->phase_memory);
-    c->phase = kt_impact_phase_init(s->most_items, s->most_rows, c->phase_memory + phase);
     c->most = (int)s->most;
     c->whole = (int)s->whole;
     c->problem = kt_coulomb_init(s->most_items, s->most_rows, s->most, c->problem_memory, c->matrices);

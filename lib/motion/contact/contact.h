@@ -68,7 +68,12 @@ typedef struct kt_contact {
     X(int, independent, s->most_rows, "scratch: these rows")                                                           \
     X(double, e, s->most_items, "restitutions of an impact")                                                           \
     X(char, matrices, s->matrices, "of solvers, which never run at once")                                              \
-    X(char, phase_memory, 2 * kt_impact_phase_size(s->most_items, s->most_rows), "phases of an impact")                \
+    X(double, bound, s->most_items, "lower bounds of final rates of normal rows, in a phase of an impact")             \
+    X(double, least, s->most_items, "lower bounds of their impulses")                                                  \
+    X(double, u_mid, s->most_rows, "rates behind compression")                                                         \
+    X(double, p_mid, s->most_rows, "impulses of compression")                                                          \
+    X(double, u_end, s->most_rows, "rates behind an impact")                                                           \
+    X(double, p_end, s->most_rows, "its impulses")                                                                     \
     X(char, problem_memory, s->problem, "a problem with Coulomb's friction")                                           \
     X(char, solution_memory, s->solution, "its solution")                                                              \
     X(char, solver_memory, s->solver, "its solver")                                                                    \
@@ -102,22 +107,6 @@ typedef struct kt_contact_sizes {
     size_t shares, matrices;          /* bytes */
 } kt_contact_sizes;
 
-/* A phase of an impact (impact.c). The indices are rows of the list, in which normal rows come first. */
-#define KT_IMPACT_PHASE_FIELDS(X)                                                                                      \
-    X(double, bound, n, "lower bounds of final rates of normal rows")                                                  \
-    X(double, least, n, "lower bounds of their impulses")                                                              \
-    X(double, u, list, "initial rates, then final ones")                                                               \
-    X(double, p, list, "impulses")                                                                                     \
-    X(int, line, list, "rows that have impulses, in this order")
-
-typedef struct kt_impact_phase {
-    int rows; /* in `line` */
-    KT_ARENA_DECLARE(KT_IMPACT_PHASE_FIELDS)
-} kt_impact_phase;
-
-size_t kt_impact_phase_size(size_t n, size_t list);
-kt_impact_phase *kt_impact_phase_init(size_t n, size_t list, void *memory);
-
 /* The tries of a step that failed (contact/retry.c). */
 typedef struct kt_contact_retry {
     double t_limit; /* s, the end of the whole step */
@@ -144,7 +133,6 @@ struct kt_contacts {
     int most, whole;       /* items that have room in matrices; W is stored if at most `whole` rows touch */
     const kt_model *all;   /* the model of the equations, in which all contacts are closed */
     kt_data *data;         /* data of `all` */
-    kt_impact_phase *compression, *phase;
     kt_coulomb *problem;
     kt_coulomb_solution *solution;
     kt_coulomb_solver *solver;
@@ -282,22 +270,22 @@ double kt_contacts_residual(const struct kt_contacts *c, int k, int component, c
 void kt_contacts_write_row(const struct kt_contacts *c, int k, double *row);
 /* J_k x. */
 double kt_contacts_along(const struct kt_contacts *c, int k, const double *x);
-/* W_ik from the rows of J and M^-1 J'. Zeros of a row are left out. */
+/* W_ik from the rows of J and M^-1 J'. */
 double kt_contacts_product(const struct kt_contacts *c, int i, int k);
 
 /* Whether W of the rows that touch is stored. Otherwise W is its diagonal. */
 static inline bool kt_contacts_are_stored(const struct kt_contacts *c) { return c->touching <= c->whole; }
-static inline double kt_contacts_between(const struct kt_contacts *c, const double *W, int i, int k) {
-    return kt_contacts_are_stored(c) ? W[i * c->touching + k] : kt_contacts_product(c, i, k);
+static inline double kt_contacts_between(const struct kt_contacts *c, int i, int k) {
+    return kt_contacts_are_stored(c) ? c->W[i * c->touching + k] : kt_contacts_product(c, i, k);
 }
-static inline double kt_contacts_own(const struct kt_contacts *c, const double *W, int k) {
-    return W[kt_contacts_are_stored(c) ? k * c->touching + k : k];
+static inline double kt_contacts_own(const struct kt_contacts *c, int k) {
+    return c->W[kt_contacts_are_stored(c) ? k * c->touching + k : k];
 }
 /* The rate J v - b' and the acceleration J a - b'' of row k. *size: the magnitude to which their rounding is relative,
  * at least the largest possible |J x| in the mass metric, sqrt(W_kk) sqrt(x'M x), after Cauchy and Schwarz. The sum of
  * the terms alone is no measure: for a stop, J x is one number, in which forces have already cancelled. */
-double kt_contact_rate(const struct kt_contacts *c, const double *W, int k, double *size);
-double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int k, double *size);
+double kt_contact_rate(const struct kt_contacts *c, int k, double *size);
+double kt_contact_acceleration(const struct kt_contacts *c, int k, double *size);
 
 /* Whether contact k leaves the active set, because its reaction ends or its friction begins to slip. The contact leaves
  * if its event is due. Friction that has reached its limit twice at this instant does not stick again within this
@@ -308,11 +296,8 @@ bool kt_contact_leaves(kt_simulation *simulation, int k, bool due);
 int kt_contacts_find_slow(const kt_simulation *simulation);
 /* Holds contact k, or friction, closed for a short time, whatever its reaction (directions.c). */
 void kt_contact_hold(kt_simulation *simulation, int k);
-/* Holds friction k, or with fixed steps for one step at least, and counts this (directions.c). */
-void kt_contact_hold_friction(kt_simulation *simulation, int k);
-/* Whether item k, or any, is held at the present time (directions.c). */
+/* Whether item k is held at the present time (directions.c). */
 bool kt_contact_is_held(const kt_simulation *simulation, int k);
-bool kt_contacts_hold_any(const kt_simulation *simulation);
 /* Whether the slip of friction k has come to rest up to its rest velocity (directions.c). */
 bool kt_contact_slip_ends(const kt_simulation *simulation, size_t k, double slip);
 /* Holds contact k likewise if its reaction has ended at this instant, and counts this (directions.c). */
@@ -326,20 +311,19 @@ double kt_contact_closing_gap(const kt_simulation *simulation, int k);
 bool kt_contact_touches(const kt_simulation *simulation, int k, double most);
 /* The speed below which a touching contact comes to rest instead of bouncing: its rest_velocity, or the speed of a
  * bounce that rounding hides. Requires the equations, and in c->a the accelerations without contacts. */
-double kt_contact_rest(const kt_simulation *simulation, const double *W, int k);
+double kt_contact_rest(const kt_simulation *simulation, int k);
 
 /* The speed behind an impact below which steps do not resolve the bounce, so that the contact comes to rest. Adaptive
  * steps: the bounce is lower than ten tolerances of the gap. Fixed steps: this bounce and all later ones end within the
  * length of a step. Requires the same. */
-double kt_contact_unresolved(const kt_simulation *simulation, const double *W, int k);
+double kt_contact_unresolved(const kt_simulation *simulation, int k);
 
 /* Parameters of friction: mu of a contact, the largest force at rest in a joint, and the force at which a joint slips.
  * The largest force contains the part of a load. The force of slip does not, because friction from a load is left out
  * of accelerations at rest (kt_contacts_put_rests). */
 double kt_contact_coefficient(const kt_model *model, const kt_contact *contact);
-/* The factor of friction that holds a contact (directions.c), and the coefficient with this factor at the time t. */
+/* The factor of friction that holds a contact (directions.c). */
 static const double kt_contact_holding = 1e3;
-double kt_contact_coefficient_at(const kt_model *model, const kt_contact *friction, double t);
 double kt_contact_limit(const kt_model *model, const kt_contact *contact);
 double kt_contact_slip(const kt_model *model, const kt_contact *contact);
 
@@ -363,17 +347,19 @@ void kt_contacts_slip_together(kt_simulation *simulation);
  *
  * kt_contacts_find_loads evaluates these reactions, for the multipliers in c->row.
  *
- * kt_contacts_solve_loads repeats `solve`, which finds the set that follows, until the loads of this set are those from
- * which the set was found. */
+ * kt_contacts_solve_loads repeats kt_contacts_solve_islands, which finds the set that follows, until the loads of this
+ * set are those from which the set was found. */
 bool kt_contacts_have_loads(const struct kt_contacts *c);
 void kt_contacts_put_rests(kt_simulation *simulation, bool rests);
 void kt_contacts_update_loads(struct kt_contacts *c, const kt_model *model, const kt_data *data,
                               const double *multiplier);
 KT_CHECKED kt_status kt_contacts_find_loads(struct kt_contacts *c, const kt_instant *at, kt_error *error);
-typedef kt_status kt_contacts_solver(kt_simulation *simulation, double t, bool again, bool *jams, double *lost,
-                                     kt_error *error);
-KT_CHECKED kt_status kt_contacts_solve_loads(kt_simulation *simulation, double t, kt_contacts_solver *solve, bool again,
-                                             bool *jams, double *lost, kt_error *error);
+KT_CHECKED kt_status kt_contacts_solve_loads(kt_simulation *simulation, double t, bool again, double *lost,
+                                             kt_error *error);
+/* Solves contact forces of all islands, from the accelerations without contacts in c->a (forces.c). again: impulses
+ * have stopped slip at this instant, and may not do so again. */
+KT_CHECKED kt_status kt_contacts_solve_islands(kt_simulation *simulation, double t, bool again, double *lost,
+                                               kt_error *error);
 
 /* The contact that friction wedged in the last evaluation (slip.c); -1: no contact. */
 int kt_contacts_find_wedged(const kt_simulation *simulation);
@@ -402,13 +388,13 @@ KT_CHECKED kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_
  * its motion is prescribed. */
 KT_CHECKED kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *open, double t,
                                               kt_error *error);
-/* Writes x'M x to *square, in which every joint moves by its unit: 1 rad, or the mechanism's length. Data of the
- * simulation belong to `open`. The scale of W is this number: W x'M x >= (J x)^2, and in x a gap moves at most by the
- * mechanism's length or a radian. */
+/* Writes |x| = sqrt(x'M x) to *norm, for x in which every joint moves by its unit: 1 rad, or the mechanism's length.
+ * Data of the simulation belong to `open`. The scale of W is this number: W x'M x >= (J x)^2, and in x a gap moves at
+ * most by the mechanism's length or a radian. */
 KT_CHECKED kt_status kt_contacts_find_unit(kt_simulation *simulation, const kt_model *open, const double *q,
-                                           double *square, kt_error *error);
+                                           double *norm, kt_error *error);
 /* Whether contact k has a lever on a joint. own: the number of its row in the diagonal of W. */
-bool kt_contact_has_lever(const struct kt_contacts *c, int k, double own, double square);
+bool kt_contact_has_lever(const struct kt_contacts *c, int k, double own, double norm);
 /* Leaves contacts that touch out of the lists of rows, if other loops hold their gaps, as a foothold at the same point
  * does (rejection.c). Such contacts stay open, because their rows have no lever, so that their reaction has no bound.
  * Requires W, and recomputes W if a contact is left out. Contacts that close faster than kt_contact_resting stay in the
@@ -432,10 +418,10 @@ void kt_contacts_find_excess(kt_simulation *simulation);
 /* Sets the error of contacts without impulses, or without reactions (`what`). */
 kt_status kt_contacts_reject(kt_simulation *simulation, double t, const char *what, kt_error *error);
 
-/* Solves a phase u + W p of the closing contacts, with friction (friction.c). The tangential impulse p_t lies
- * in Coulomb's cone of the normal impulse, against the slip at the end of the phase. Returns false if there are no such
- * impulses. */
-bool kt_contacts_solve_phase(kt_simulation *simulation, const double *W, kt_impact_phase *phase);
+/* Solves a phase of an impact of the closing contacts, from the rates u to u + W p, with friction (friction.c). The
+ * tangential impulse p_t lies in Coulomb's cone of the normal impulse, against the slip at the end of the phase.
+ * Returns false if there are no such impulses. The rows with impulses are those of c->problem. */
+bool kt_contacts_solve_phase(kt_simulation *simulation, double *u, double *p);
 
 /* Computes the accelerations with all contacts open, to c->a, and the equations at the velocities c->v. */
 KT_CHECKED kt_status kt_contacts_find_free(kt_simulation *simulation, double t, const double *y, kt_error *error);
@@ -452,15 +438,12 @@ KT_CHECKED kt_status kt_contacts_accumulate(kt_simulation *simulation, const kt_
                                             kt_error *error);
 /* Solves contact forces of the selected island, from the accelerations without contacts in c->a. Sets its closed and
  * sticking contacts of the set that follows, and directions of slip. The others have been let slip. */
-KT_CHECKED kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, const double *W, const double *u,
-                                              kt_error *error);
+KT_CHECKED kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, kt_error *error);
 
 /* The slip of a contact along its direction, from the last evaluation (directions.c). */
 double kt_contact_slip_along(const kt_model *model, const kt_data *data, const kt_contact *contact);
 /* Writes the directions of slip to the simulation's data. */
 void kt_contacts_put_directions(kt_simulation *simulation);
-/* Whether steps may be too long for the rate at which friction turns slip: fixed steps of explicit methods. */
-bool kt_contacts_predict_wide(const kt_simulation *simulation);
 /* Whether steps are fixed, and too long to resolve the turning of slip that friction changes at this rate, m/s^2. */
 bool kt_contacts_is_unresolved(const kt_simulation *simulation, double most);
 /* Return the largest tau of slip of this speed, for reactions at an instant (slip_prediction.c): with the present
@@ -479,10 +462,10 @@ KT_CHECKED kt_status kt_contacts_begin_prediction(kt_simulation *simulation, kt_
 /* Computes impulses without a collision in the selected island, if no accelerations obey Coulomb's law (Painleve's
  * paradox). The impulses stop or reverse the slip. Returns false if no such impulses exist. Otherwise u and c->v become
  * the values after these impulses, and *lost grows by the dissipated energy. */
-bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, double *lost);
+bool kt_contacts_jam(kt_simulation *simulation, double *lost);
 /* Whether kt_contacts_jam must stop a contact that friction wedges. The contact must still slip, since an impact at
  * this instant may have stopped the slip. */
-bool kt_contacts_must_jam(const struct kt_contacts *c, const double *u);
+bool kt_contacts_must_jam(const struct kt_contacts *c);
 
 /* Prepares the masks, at the start (model.c). */
 void kt_contacts_init_masks(kt_simulation *simulation);
@@ -500,6 +483,8 @@ void kt_contacts_store_ranks(kt_simulation *simulation);
 /* The model of small motions about the present state, in which all contacts that rest are closed (resting.c). a: the
  * accelerations in the present state. The next trial may overwrite the model. */
 const kt_model *kt_contacts_resting_model(kt_simulation *simulation, const double *a);
+/* Whether the contact of row i of the selected island slips, and friction has not come to rest. */
+bool kt_contact_row_slips(const struct kt_contacts *c, int i);
 /* Whether contact k slips in the present model. */
 bool kt_contact_is_slipping(const kt_simulation *simulation, int k);
 /* The simulation runs on a model that was made during the run. Copies to this model the parameters that were set
@@ -546,7 +531,7 @@ KT_CHECKED kt_status kt_contacts_find_norm(kt_simulation *simulation, const kt_m
  * impulse without a collision is needed (kt_contacts_jam). */
 KT_CHECKED kt_status kt_contacts_solve_reactions(kt_simulation *simulation, double t, double *lost, kt_error *error);
 /* Finds contacts that may graze, at the rates u before impulses. */
-void kt_contacts_find_grazing(kt_simulation *simulation, const double *u);
+void kt_contacts_find_grazing(kt_simulation *simulation);
 /* Closes contacts that graze, in the set that follows, after reactions are found. u: the rates; w: the accelerations
  * under the reactions.
  *
@@ -555,7 +540,7 @@ void kt_contacts_find_grazing(kt_simulation *simulation, const double *u);
  * contact that grazes is therefore closed without a reaction. The acceleration w of such a contact is below the part
  * `kt_contact_grazing` of its terms, and w does not depend on the other closed contacts. The contact opens when its
  * reaction falls below twice the reaction that belongs to this part. */
-void kt_contacts_close_grazing(kt_simulation *simulation, const double *W, const double *u, const double *w);
+void kt_contacts_close_grazing(kt_simulation *simulation);
 /* Finds friction of joints that slips at no rate, since closed contacts, loops or other sticking friction hold the
  * joint. Returns its bits. */
 uint64_t kt_contacts_find_held(const kt_simulation *simulation);

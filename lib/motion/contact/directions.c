@@ -85,7 +85,8 @@ bool kt_contact_is_slipping(const kt_simulation *simulation, int k) {
     return simulation->model->loop[simulation->contacts->item[k].loop].slips > 0;
 }
 
-bool kt_contacts_predict_wide(const kt_simulation *simulation) {
+/* Whether steps may be too long for the rate at which friction turns slip: fixed steps of explicit methods. */
+static bool predicts_wide(const kt_simulation *simulation) {
     return simulation->step > 0.0 && simulation->integrator->options.newton == NULL && simulation->model->n.slip > 0;
 }
 
@@ -124,25 +125,25 @@ static double own_speed_of(const kt_simulation *simulation) {
     return time > 0.0 ? simulation->contacts->all->length / time : 0.0;
 }
 
-/* r of predictions (evaluate/slip_prediction.c), with the speed `own` at which the mechanism moves by its own size. */
-static double coarseness_of_slip(const kt_simulation *simulation, double own) {
+/* tau0 and s0 of predictions with adaptive steps, as parts of the own time and of the own speed: with r, which is 1 for
+ * fixed steps (evaluate/slip_prediction.c). */
+static double part_of_predictions(const kt_simulation *simulation) {
+    const double own = own_speed_of(simulation);
     double least, most;
     if (simulation->step > 0.0 || !(own > 0.0))
-        return 1.0;
+        return kt_slip_slow;
     find_tolerated_speeds(simulation, NULL, &least, &most);
-    return fmax(1.0, fmin(300.0, sqrt(least / (kt_slip_rest * own))));
+    return kt_slip_slow * fmax(1.0, fmin(300.0, sqrt(least / (kt_slip_rest * own))));
 }
 
 double kt_contacts_adaptive_time(const kt_simulation *simulation, double speed) {
-    const double time = simulation->memory.own_time, own = own_speed_of(simulation);
-    const double part = kt_slip_slow * coarseness_of_slip(simulation, own);
-    return kt_slip_time_at_speed(speed, part * time, part * own);
+    const double part = part_of_predictions(simulation);
+    return kt_slip_time_at_speed(speed, part * simulation->memory.own_time, part * own_speed_of(simulation));
 }
 
 bool kt_contacts_is_unresolved(const kt_simulation *simulation, double most) {
-    const double own = own_speed_of(simulation);
-    return kt_contacts_predict_wide(simulation) &&
-           simulation->step * most > kt_slip_slow * coarseness_of_slip(simulation, own) * own;
+    return predicts_wide(simulation) &&
+           simulation->step * most > part_of_predictions(simulation) * own_speed_of(simulation);
 }
 
 double kt_contacts_prediction_time(const kt_simulation *simulation, double speed, double most) {
@@ -153,12 +154,11 @@ double kt_contacts_prediction_time(const kt_simulation *simulation, double speed
 }
 
 void kt_contacts_put_directions(kt_simulation *simulation) {
-    const bool wide = kt_contacts_predict_wide(simulation);
-    const double time = simulation->memory.own_time, own = own_speed_of(simulation);
-    const double part = kt_slip_slow * coarseness_of_slip(simulation, own);
-    simulation->slow_slip = simulation->data->slow_slip = part * own;
+    const bool wide = predicts_wide(simulation);
+    const double part = part_of_predictions(simulation);
+    simulation->slow_slip = simulation->data->slow_slip = part * own_speed_of(simulation);
     if (simulation->model->n.slip > 0)
-        kt_slip_problem_of(simulation->data)->slow_time = part * time;
+        kt_slip_problem_of(simulation->data)->slow_time = part * simulation->memory.own_time;
     for (int k = 0; simulation->model->n.slip > 0 && k < simulation->contacts->sides; k++) {
         const kt_contact_memory *memory = &simulation->contact_state[k];
         if (!kt_contact_is_slipping(simulation, k))
@@ -297,7 +297,8 @@ void kt_contact_hold(kt_simulation *simulation, int k) {
     simulation->contact_state[k].held = kt_integrator_time(simulation->integrator) + hold * simulation->memory.own_time;
 }
 
-void kt_contact_hold_friction(kt_simulation *simulation, int k) {
+/* Holds friction k, or with fixed steps for one step at least, and counts this. */
+static void hold_friction(kt_simulation *simulation, int k) {
     simulation->contact_state[k].held =
         kt_integrator_time(simulation->integrator) + fmax(hold * simulation->memory.own_time, simulation->step);
     simulation->memory.contacts.rested++;
@@ -307,7 +308,7 @@ bool kt_contact_is_held(const kt_simulation *simulation, int k) {
     return kt_integrator_time(simulation->integrator) < simulation->contact_state[k].held;
 }
 
-bool kt_contacts_hold_any(const kt_simulation *simulation) {
+static bool any_is_held(const kt_simulation *simulation) {
     bool any = false;
     for (int k = 0; k < simulation->contacts->n; k++)
         any = any || kt_contact_is_held(simulation, k);
@@ -369,7 +370,7 @@ static kt_status end_hovering(kt_simulation *simulation, kt_error *error) {
     forget_ended_holds(simulation);
     for (int k = 0; k < c->sides; k++)
         if (slip_hovers(simulation, k)) {
-            kt_contact_hold_friction(simulation, c->item[k].of);
+            hold_friction(simulation, c->item[k].of);
             hovers = true;
         }
     return hovers ? resolve_between(simulation, error) : KT_OK;
@@ -411,7 +412,7 @@ static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
         double *stops_below = &simulation->contact_state[k].stops_below;
         if (simulation->step > 0.0 && *stops_below > 0.0 &&
             kt_contact_is_closed(simulation->model, &c->item[c->item[k].of]))
-            kt_contact_hold_friction(simulation, c->item[k].of);
+            hold_friction(simulation, c->item[k].of);
         *stops_below = 0.0;
     }
     simulation->memory.contacts.rested++;
@@ -442,14 +443,14 @@ kt_status kt_contacts_begin_slip(kt_simulation *simulation, kt_error *error) {
     kt_status status = simulation->memory.retries >= TRIES ? end_hovering(simulation, error) : KT_OK;
     if (status == KT_OK)
         status = end_turns(simulation, error);
-    if (kt_contacts_hold_any(simulation))
+    if (any_is_held(simulation))
         simulation->contact_time = simulation->events.time = (double)NAN;
     return status;
 }
 
 kt_status kt_contacts_begin_prediction(kt_simulation *simulation, kt_error *error) {
     (void)error;
-    if (simulation->contacts->rubs && kt_contacts_predict_wide(simulation) && take_loads(simulation))
+    if (simulation->contacts->rubs && predicts_wide(simulation) && take_loads(simulation))
         kt_integrator_change(simulation->integrator, true);
     return KT_OK;
 }

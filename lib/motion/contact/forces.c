@@ -23,9 +23,9 @@ static bool raise_rates_of_rest(kt_simulation *simulation, double t) {
             const kt_contact *item = &c->item[c->list[i]];
             const bool is_dry = i < c->resting;
             double size, *resting = &c->rest_rate[c->list[i]];
-            (void)kt_contact_acceleration(c, c->W, i, &size);
+            (void)kt_contact_acceleration(c, i, &size);
             if (is_dry)
-                size = fmax(size, kt_contacts_own(c, c->W, i) * kt_contact_limit(simulation->model, item));
+                size = fmax(size, kt_contacts_own(c, i) * kt_contact_limit(simulation->model, item));
             *resting = fmax(*resting, roundings * fabs(t) * size);
             changes = changes || (is_dry && item->next == KT_CONTACT_BACK && c->v[item->v] >= -*resting);
         }
@@ -79,31 +79,25 @@ static kt_status solve_forces_of_island(kt_simulation *simulation, double t, boo
                                         kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const int island = (int)(c->selected - c->island);
-    const bool jams = !again && kt_contacts_must_jam(c, c->u);
-    const kt_status status = jams ? KT_ERROR_CONSTRAINT : kt_contacts_solve_forces(simulation, t, c->W, c->u, error);
+    const bool jams = !again && kt_contacts_must_jam(c);
+    const kt_status status = jams ? KT_ERROR_CONSTRAINT : kt_contacts_solve_forces(simulation, t, error);
     if (status != KT_ERROR_CONSTRAINT || again)
         return status;
     (void)kt_contacts_select(c, island); /* the search for the cause of the error has selected others */
-    if (!kt_contacts_jam(simulation, c->W, c->u, lost))
+    if (!kt_contacts_jam(simulation, lost))
         return jams ? kt_contacts_reject(simulation, t, "reactions", error) : status;
     c->selected->jams = true;
     return KT_OK;
 }
 
-/* Solves contact forces of all islands, from the accelerations without contacts in c->a. *jams: whether impulses have
- * stopped slip in any. */
-static kt_status solve_islands(kt_simulation *simulation, double t, bool again, bool *jams, double *lost,
-                               kt_error *error) {
+kt_status kt_contacts_solve_islands(kt_simulation *simulation, double t, bool again, double *lost, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_status status = KT_OK;
     for (int k = 0; k < c->n; k++)
         simulation->contact_state[k].shared = false;
     for (int i = 0; status == KT_OK && i < c->islands; i++) {
-        if (!kt_contacts_select(c, i))
-            continue;
-        c->selected->jams = false;
-        status = solve_forces_of_island(simulation, t, again, lost, error);
-        *jams = *jams || c->selected->jams;
+        if (kt_contacts_select(c, i))
+            status = solve_forces_of_island(simulation, t, again, lost, error);
     }
     if (status == KT_OK)
         kt_contacts_hold_together(c);
@@ -111,29 +105,30 @@ static kt_status solve_islands(kt_simulation *simulation, double t, bool again, 
 }
 
 /* Solves the contact forces at the present state, together with the loads of joint friction if some friction is
- * proportional to a reaction. again: impulses have stopped slip at this instant, and may not do so again. */
-static kt_status solve_all_forces(kt_simulation *simulation, double t, bool again, bool *jams, double *lost,
-                                  kt_error *error) {
+ * proportional to a reaction. again: as in kt_contacts_solve_islands. */
+static kt_status solve_all_forces(kt_simulation *simulation, double t, bool again, double *lost, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     for (int k = c->sides; k < c->n; k++)
         c->item[k].load = 0.0;
     const kt_status status = kt_contacts_find_free(simulation, t, kt_integrator_state(simulation->integrator), error);
     if (status != KT_OK)
         return status;
-    return kt_contacts_have_loads(c) ? kt_contacts_solve_loads(simulation, t, solve_islands, again, jams, lost, error)
-                                     : solve_islands(simulation, t, again, jams, lost, error);
+    return (kt_contacts_have_loads(c) ? kt_contacts_solve_loads : kt_contacts_solve_islands)(simulation, t, again, lost,
+                                                                                             error);
 }
 
 kt_status kt_contacts_solve_reactions(kt_simulation *simulation, double t, double *lost, kt_error *error) {
     const struct kt_contacts *c = simulation->contacts;
     bool jams = false;
-    const kt_status status = solve_all_forces(simulation, t, false, &jams, lost, error);
-    if (status != KT_OK || !jams)
-        return status;
-    for (int k = 0; k < c->n; k++)
-        if (c->island[c->item[k].island].jams)
+    for (int i = 0; i < c->islands; i++)
+        c->island[i].jams = false;
+    const kt_status status = solve_all_forces(simulation, t, false, lost, error);
+    for (int k = 0; status == KT_OK && k < c->n; k++)
+        if (c->island[c->item[k].island].jams) {
             c->item[k].leaves = false;
-    return solve_all_forces(simulation, t, true, &jams, lost, error);
+            jams = true;
+        }
+    return jams ? solve_all_forces(simulation, t, true, lost, error) : status;
 }
 
 /* The own time follows from the rates of the items, and from the acceleration with all contacts open

@@ -27,10 +27,10 @@ static const double small = 1e-9;
 static double entry_of_W(const void *user, int line, int column) { return kt_contacts_product(user, line, column); }
 
 /* Begins a problem of rows of the list. */
-static kt_coulomb *begin_coulomb(struct kt_contacts *c, const double *W) {
+static kt_coulomb *begin_coulomb(struct kt_contacts *c) {
     kt_coulomb *p = c->problem;
     p->n = p->rows = 0;
-    p->W = kt_contacts_are_stored(c) ? W : NULL;
+    p->W = kt_contacts_are_stored(c) ? c->W : NULL;
     p->entry = entry_of_W;
     p->user = c;
     p->stride = c->touching;
@@ -70,47 +70,44 @@ static kt_coulomb_item *add_item(kt_coulomb *p, const kt_simulation *simulation,
 
 /* Normal rates of the problem are measured from their bounds, so that p - least is complementary to u - bound. Behind
  * the solution they are absolute again, and exactly the bound where a contact presses. */
-bool kt_contacts_solve_phase(kt_simulation *simulation, const double *W, kt_impact_phase *phase) {
+bool kt_contacts_solve_phase(kt_simulation *simulation, double *u, double *p) {
     struct kt_contacts *c = simulation->contacts;
     double size;
-    kt_coulomb *p = begin_coulomb(c, W);
+    kt_coulomb *of = begin_coulomb(c);
     for (int i = 0; i < c->meeting; i++)
-        add_item(p, simulation, i)->least = phase->least[i];
-    for (int j = 0; j < p->rows; j++)
-        p->b[j] = phase->u[p->line[j]];
-    for (int i = 0; i < p->n; i++) {
-        kt_coulomb_item *item = &p->item[i];
-        p->b[item->row] -= phase->bound[i];
+        add_item(of, simulation, i)->least = c->least[i];
+    for (int j = 0; j < of->rows; j++)
+        of->b[j] = u[of->line[j]];
+    for (int i = 0; i < of->n; i++) {
+        kt_coulomb_item *item = &of->item[i];
+        of->b[item->row] -= c->bound[i];
         for (int k = 0; k < kt_coulomb_rows(item); k++) {
-            (void)kt_contact_rate(c, W, p->line[kt_coulomb_row_of(item, k)], &size);
+            (void)kt_contact_rate(c, of->line[kt_coulomb_row_of(item, k)], &size);
             item->size = fmax(item->size, size);
         }
     }
-    if (!kt_coulomb_solve(p, c->solver, false, c->solution, &simulation->memory.contacts.pivots))
+    if (!kt_coulomb_solve(of, c->solver, false, c->solution, &simulation->memory.contacts.pivots))
         return false;
-    phase->rows = p->rows;
-    for (int j = 0; j < p->rows; j++) {
-        phase->line[j] = p->line[j];
-        phase->p[p->line[j]] = c->solution->p[j];
-        phase->u[p->line[j]] = c->solution->u[j];
+    for (int j = 0; j < of->rows; j++) {
+        p[of->line[j]] = c->solution->p[j];
+        u[of->line[j]] = c->solution->u[j];
     }
-    for (int i = 0; i < p->n; i++)
-        phase->u[i] = phase->p[i] > phase->least[i] ? phase->bound[i] : phase->u[i] + phase->bound[i];
+    for (int i = 0; i < of->n; i++)
+        u[i] = p[i] > c->least[i] ? c->bound[i] : u[i] + c->bound[i];
     return true;
 }
 
 /* Poses the problem of an impact without approach. `wedged` is the row of a contact, or -1. This contact is given an
  * approach rate that is small compared with its slip, so that zero impulse is not a solution. Friction is larger by the
  * part `excess`. */
-static kt_coulomb *pose_jam(const kt_simulation *simulation, const double *W, const double *u, int wedged,
-                            double excess) {
+static kt_coulomb *pose_jam(const kt_simulation *simulation, int wedged, double excess) {
     struct kt_contacts *c = simulation->contacts;
-    kt_coulomb *p = begin_coulomb(c, W);
+    kt_coulomb *p = begin_coulomb(c);
     for (int i = 0; i < c->meeting; i++)
-        if (u[i] <= kt_contact_rest(simulation, W, i))
+        if (c->u[i] <= kt_contact_rest(simulation, i))
             add_item(p, simulation, i)->friction *= 1.0 + excess;
     for (int j = 0; j < p->rows; j++)
-        p->b[j] = u[p->line[j]];
+        p->b[j] = c->u[p->line[j]];
     for (int i = 0; i < p->n; i++) {
         kt_coulomb_item *item = &p->item[i];
         for (int k = 0; k < kt_coulomb_rows(item); k++)
@@ -136,24 +133,24 @@ static bool solve_jam(kt_simulation *simulation, kt_coulomb *p, double *energy) 
 }
 
 /* The slip of row i, m/s; 0 without friction. */
-static double slip_speed_of(const struct kt_contacts *c, int i, const double *u) {
+static double slip_speed_of(const struct kt_contacts *c, int i) {
     const int line = friction_line(c, i);
-    return line >= 0 ? kt_hypot(u[line], u[line + 1]) : 0.0;
+    return line >= 0 ? kt_hypot(c->u[line], c->u[line + 1]) : 0.0;
 }
 
-/* Whether the contact of row i slips. */
-static bool row_is_slipping(const struct kt_contacts *c, int i, const double *u) {
-    return c->item[c->list[i]].of >= 0 && slip_speed_of(c, i, u) > c->rest_rate[c->item[c->list[i]].of];
+bool kt_contact_row_slips(const struct kt_contacts *c, int i) {
+    return c->item[c->list[i]].of >= 0 && slip_speed_of(c, i) > c->rest_rate[c->item[c->list[i]].of];
 }
 
 /* Whether the impulses of the solution change the slip of row i, and not just its approach. */
-static bool has_stopped(const struct kt_contacts *c, int i, const double *u) {
+static bool has_stopped(const struct kt_contacts *c, int i) {
     const int line = friction_line(c, i);
     const kt_coulomb *p = c->problem;
     for (int k = 0; k < p->n; k++)
         if (c->posed[k] == i) {
             const double *after = c->solution->u + p->item[k].across;
-            return kt_hypot(after[0] - u[line], after[1] - u[line + 1]) > 0.1 * kt_hypot(u[line], u[line + 1]);
+            return kt_hypot(after[0] - c->u[line], after[1] - c->u[line + 1]) >
+                   0.1 * kt_hypot(c->u[line], c->u[line + 1]);
         }
     return false;
 }
@@ -161,7 +158,7 @@ static bool has_stopped(const struct kt_contacts *c, int i, const double *u) {
 /* Finds the contacts that loops may clamp: normal impulses of any size, of all these contacts at once, change no rate,
  * so that their normal rows depend on each other. Sets their least impulses to `least`. Returns the impulse that stops
  * their slip if each contact is alone; 0 without slip. */
-static double clamp_contacts(const struct kt_contacts *c, kt_coulomb *p, const double *u, double least) {
+static double clamp_contacts(const struct kt_contacts *c, kt_coulomb *p, double least) {
     double most = 0.0;
     for (int k = 0; k < p->n; k++)
         c->solution->mode[k] = KT_COULOMB_SLIP;
@@ -171,7 +168,7 @@ static double clamp_contacts(const struct kt_contacts *c, kt_coulomb *p, const d
             continue;
         item->least = least;
         if (item->type == KT_COULOMB_CONE && item->friction > 0.0)
-            most = fmax(most, slip_speed_of(c, c->posed[k], u) / (item->friction * kt_coulomb_weight(p, k)));
+            most = fmax(most, slip_speed_of(c, c->posed[k]) / (item->friction * kt_coulomb_weight(p, k)));
     }
     return most;
 }
@@ -192,14 +189,14 @@ static bool clamped_rest(const struct kt_contacts *c, const kt_coulomb *p) {
 /* A bar may be normal to the face on which its body slides. Slip contradicts the bar at second order, so that no forces
  * exist. But the bar may clamp the contacts of the face with any impulses, which stop the slip. Returns the problem of
  * an impact without approach in which the contacts are clamped and stop; NULL: there is none. */
-static kt_coulomb *find_clamped(kt_simulation *simulation, const double *W, const double *u, double *energy) {
+static kt_coulomb *find_clamped(kt_simulation *simulation, double *energy) {
     enum { TIMES = 6 };
     static const double factor = 8.0; /* other contacts and bodies may need larger impulses */
     struct kt_contacts *c = simulation->contacts;
-    double least = clamp_contacts(c, pose_jam(simulation, W, u, -1, 0.0), u, 0.0);
+    double least = clamp_contacts(c, pose_jam(simulation, -1, 0.0), 0.0);
     for (int k = 0; k < TIMES && least > 0.0; k++) {
-        kt_coulomb *p = pose_jam(simulation, W, u, -1, 0.0);
-        (void)clamp_contacts(c, p, u, least);
+        kt_coulomb *p = pose_jam(simulation, -1, 0.0);
+        (void)clamp_contacts(c, p, least);
         if (solve_jam(simulation, p, energy) && clamped_rest(c, p))
             return p;
         least *= factor;
@@ -214,45 +211,45 @@ static kt_coulomb *find_clamped(kt_simulation *simulation, const double *W, cons
  * Impulses under which contacts slip on change no approach rate, (1 - G) N = 0 in the final directions of slip
  * (evaluate/slip.c). In these directions, reactions have no bound. Friction that is larger by the part `excess` turns
  * slip a little farther, so that 1 - G is about `excess` times its size, and reactions are finite. */
-static kt_coulomb *find_jam(kt_simulation *simulation, const double *W, const double *u, double *energy) {
+static kt_coulomb *find_jam(kt_simulation *simulation, double *energy) {
     static const double excess[] = {1e-2, 1e-1, 1.0};
     struct kt_contacts *c = simulation->contacts;
-    kt_coulomb *p = c->jams ? NULL : find_clamped(simulation, W, u, energy);
+    kt_coulomb *p = c->jams ? NULL : find_clamped(simulation, energy);
     if (p != NULL)
         return p;
-    p = pose_jam(simulation, W, u, -1, 1e-2);
+    p = pose_jam(simulation, -1, 1e-2);
     if (!c->jams && solve_jam(simulation, p, energy))
         return p;
     for (size_t k = 0; k < sizeof excess / sizeof *excess; k++)
         for (int i = 0; i < c->meeting; i++) {
-            if ((c->jams && c->list[i] != c->wedged) || !row_is_slipping(c, i, u) ||
-                u[i] > kt_contact_rest(simulation, W, i))
+            if ((c->jams && c->list[i] != c->wedged) || !kt_contact_row_slips(c, i) ||
+                c->u[i] > kt_contact_rest(simulation, i))
                 continue;
-            p = pose_jam(simulation, W, u, i, excess[k]);
-            if (solve_jam(simulation, p, energy) && has_stopped(c, i, u))
+            p = pose_jam(simulation, i, excess[k]);
+            if (solve_jam(simulation, p, energy) && has_stopped(c, i))
                 return p;
         }
     return NULL;
 }
 
-bool kt_contacts_must_jam(const struct kt_contacts *c, const double *u) {
+bool kt_contacts_must_jam(const struct kt_contacts *c) {
     bool slips = false;
     for (int i = 0; c->jams && i < c->meeting; i++)
-        slips = slips || (c->list[i] == c->wedged && row_is_slipping(c, i, u));
+        slips = slips || (c->list[i] == c->wedged && kt_contact_row_slips(c, i));
     return slips;
 }
 
-bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, double *lost) {
+bool kt_contacts_jam(kt_simulation *simulation, double *lost) {
     struct kt_contacts *c = simulation->contacts;
     double energy = 0.0;
-    const kt_coulomb *p = find_jam(simulation, W, u, &energy);
+    const kt_coulomb *p = find_jam(simulation, &energy);
     if (p == NULL)
         return false;
     for (int j = 0; j < p->rows; j++)
         kt_contacts_add_response(c, p->line[j], c->solution->p[j], c->v);
     for (int i = 0; i < c->touching; i++)
         for (int j = 0; j < p->rows; j++)
-            u[i] += kt_contacts_between(c, W, i, p->line[j]) * c->solution->p[j];
+            c->u[i] += kt_contacts_between(c, i, p->line[j]) * c->solution->p[j];
     *lost += energy;
     simulation->memory.contacts.jammed++;
     return true;
@@ -265,15 +262,14 @@ bool kt_contacts_jam(kt_simulation *simulation, const double *W, double *u, doub
  * solution means that slip comes to rest within tau, not at this instant. With present directions some corners of a
  * body would press that do not press after this instant. Such corners would part and close without end. leaving: as in
  * set_problem. */
-static void add_coulomb_contact(kt_coulomb *p, const kt_simulation *simulation, int line, const double *u,
-                                bool leaving) {
+static void add_coulomb_contact(kt_coulomb *p, const kt_simulation *simulation, int line, bool leaving) {
     const struct kt_contacts *c = simulation->contacts;
     kt_coulomb_item *item = add_item(p, simulation, line);
     if ((leaving && c->item[c->list[line]].leaves) || (c->releases && c->list[line] == c->wedged))
         item->rejected = ~(1U << KT_COULOMB_OPEN);
     if (item->type != KT_COULOMB_CONE)
         return;
-    const double *slip = u + p->line[item->across], speed = kt_hypot(slip[0], slip[1]);
+    const double *slip = c->u + p->line[item->across], speed = kt_hypot(slip[0], slip[1]);
     const double rest = c->rest_rate[c->item[c->list[line]].of];
     const bool is_held = (c->holds || speed <= rest) && kt_integrator_time(simulation->integrator) <
                                                             simulation->contact_state[c->item[c->list[line]].of].held;
@@ -306,24 +302,24 @@ static void add_dry(kt_coulomb *p, const kt_simulation *simulation, int line, bo
  * reaction, and friction that leaves does not stick. In attempt 1, leaving contacts may stay, since forces have been
  * redistributed. In attempt 2, contacts that part more slowly than their rest velocity are left out, too. Corners of a
  * body that part at different speeds cannot always rest together, since their rates are not those of rest. */
-static kt_coulomb *set_problem(const kt_simulation *simulation, const double *W, const double *u, int attempt) {
+static kt_coulomb *set_problem(const kt_simulation *simulation, int attempt) {
     struct kt_contacts *c = simulation->contacts;
     double size;
-    kt_coulomb *p = begin_coulomb(c, W);
+    kt_coulomb *p = begin_coulomb(c);
     for (int i = 0; i < c->resting; i++) {
-        (void)kt_contact_rate(c, W, i, &size);
+        (void)kt_contact_rate(c, i, &size);
         if (i >= c->meeting && fabs(c->v[c->item[c->list[i]].v]) <= c->rest_rate[c->list[i]])
             add_dry(p, simulation, i, attempt == 0);
         else if (i < c->meeting &&
-                 u[i] <= fmax(attempt == 2 ? 0.0 : kt_contact_rest(simulation, W, i), rounding * size))
-            add_coulomb_contact(p, simulation, i, u, attempt == 0);
+                 c->u[i] <= fmax(attempt == 2 ? 0.0 : kt_contact_rest(simulation, i), rounding * size))
+            add_coulomb_contact(p, simulation, i, attempt == 0);
     }
     for (int k = 0; k < p->n; k++) {
         kt_coulomb_item *item = &p->item[k];
         for (int r = 0; r < kt_coulomb_rows(item); r++) {
             const int j = kt_coulomb_row_of(item, r);
-            const double free = kt_contact_acceleration(c, W, p->line[j], &size);
-            const double slip = r > 0 && c->ahead[k] > 0.0 ? u[p->line[j]] / c->ahead[k] : 0.0;
+            const double free = kt_contact_acceleration(c, p->line[j], &size);
+            const double slip = r > 0 && c->ahead[k] > 0.0 ? c->u[p->line[j]] / c->ahead[k] : 0.0;
             p->b[j] = (fabs(free) <= rounding * size ? 0.0 : free) + slip;
             item->size = fmax(item->size, fmax(size, fabs(slip)));
         }
@@ -341,7 +337,7 @@ static double slip_response(const kt_simulation *simulation, int i) {
     const struct kt_contacts *c = simulation->contacts;
     const int across = c->problem->line[c->problem->item[i].across];
     return 0.5 * kt_contact_coefficient(simulation->model, &c->item[c->item[c->list[c->posed[i]]].of]) *
-           (kt_contacts_own(c, c->W, across) + kt_contacts_own(c, c->W, across + 1));
+           (kt_contacts_own(c, across) + kt_contacts_own(c, across + 1));
 }
 
 /* Sets the direction in which the contact of item i begins to slip, and its normal force. If the solution is that of an
@@ -400,11 +396,11 @@ static bool closes_released(const struct kt_contacts *c) {
 }
 
 /* Whether slow slip that may stop comes to rest in the solution. */
-static bool any_comes_to_rest(const struct kt_contacts *c, const double *u) {
+static bool any_comes_to_rest(const struct kt_contacts *c) {
     const kt_coulomb *p = c->problem;
     bool any = false;
     for (int i = 0; i < p->n; i++) {
-        const double *slip = u + p->line[p->item[i].across];
+        const double *slip = c->u + p->line[p->item[i].across];
         any = any ||
               (p->item[i].type == KT_COULOMB_CONE && !(c->ahead[i] > 0.0) && c->solution->mode[i] == KT_COULOMB_STICK &&
                kt_hypot(slip[0], slip[1]) > c->rest_rate[c->item[c->list[c->posed[i]]].of]);
@@ -413,9 +409,9 @@ static bool any_comes_to_rest(const struct kt_contacts *c, const double *u) {
 }
 
 /* Solves the problem of set_problem. Returns whether there is a solution. */
-static bool solve_problem(kt_simulation *simulation, const double *W, const double *u, int attempt) {
+static bool solve_problem(kt_simulation *simulation, int attempt) {
     struct kt_contacts *c = simulation->contacts;
-    return kt_coulomb_solve(set_problem(simulation, W, u, attempt), c->solver, true, c->solution,
+    return kt_coulomb_solve(set_problem(simulation, attempt), c->solver, true, c->solution,
                             &simulation->memory.contacts.pivots);
 }
 
@@ -432,14 +428,14 @@ static double find_friction_rate(const kt_simulation *simulation) {
 
 /* Finds the largest tau of slow slip from a solution in present directions, in which friction changes slip at the rate
  * `most`. Slow slip sticks in `held`. Returns whether some slip is predicted. */
-static bool hold_slow_items(const kt_simulation *simulation, const double *u, double most, kt_coulomb_solution *held) {
+static bool hold_slow_items(const kt_simulation *simulation, double most, kt_coulomb_solution *held) {
     struct kt_contacts *c = simulation->contacts;
     kt_coulomb *p = c->problem;
     bool any = false;
     kt_coulomb_copy(p, c->solution, held);
     for (int i = 0; i < p->n; i++) {
         kt_coulomb_item *item = &p->item[i];
-        const double *slip = u + p->line[item->across];
+        const double *slip = c->u + p->line[item->across];
         if (held->mode[i] == KT_COULOMB_SLIP && item->type == KT_COULOMB_CONE)
             held->mode[i] = KT_COULOMB_STICK;
         if (item->type != KT_COULOMB_SLIPS)
@@ -452,8 +448,7 @@ static bool hold_slow_items(const kt_simulation *simulation, const double *u, do
 }
 
 /* Limits tau of slow slip as steps do: `ahead` if slip grows, `fading` if not. most: as in hold_slow_items. */
-static void limit_prediction_times(const kt_simulation *simulation, const double *u, double most,
-                                   kt_coulomb_solution *held) {
+static void limit_prediction_times(const kt_simulation *simulation, double most, kt_coulomb_solution *held) {
     struct kt_contacts *c = simulation->contacts;
     const kt_coulomb *p = c->problem;
     const double friction = kt_contacts_is_unresolved(simulation, most) ? most : HUGE_VAL;
@@ -467,7 +462,7 @@ static void limit_prediction_times(const kt_simulation *simulation, const double
     }
     for (int i = 0; i < p->n; i++) {
         const kt_coulomb_item *item = &p->item[i];
-        const double *slip = u + p->line[item->across], *a = c->solution->u + item->across;
+        const double *slip = c->u + p->line[item->across], *a = c->solution->u + item->across;
         const double speed = kt_hypot(slip[0], slip[1]);
         const kt_slip_fate of = {.speed = speed,
                                  .slowing = -item->e[0] * a[0] - item->e[1] * a[1],
@@ -483,11 +478,11 @@ static void limit_prediction_times(const kt_simulation *simulation, const double
 }
 
 /* Finds the slip that does not grow, although the prediction assumed growth. Returns whether there is any. */
-static bool find_fading_slip(const struct kt_contacts *c, const double *u) {
+static bool find_fading_slip(const struct kt_contacts *c) {
     const kt_coulomb *p = c->problem;
     bool any = false;
     for (int i = 0; i < p->n; i++) {
-        const double *slip = u + p->line[p->item[i].across], *a = c->solution->u + p->item[i].across;
+        const double *slip = c->u + p->line[p->item[i].across], *a = c->solution->u + p->item[i].across;
         if (c->ahead[i] == c->fading[i] ||
             !(c->ahead[i] * (slip[0] * a[0] + slip[1] * a[1]) < slip[0] * slip[0] + slip[1] * slip[1]))
             continue;
@@ -509,16 +504,16 @@ static int count_beginning(const struct kt_contacts *c) {
 /* Solves the problem with the predictions of steps, from a solution in present directions. Returns false if this has no
  * solution. A contact may stick that begins to slip in present directions. This is no solution either, because steps in
  * which the contact sticks predict less slip, and would let it slip again. */
-static bool solve_predicted(kt_simulation *simulation, const double *W, const double *u, int attempt) {
+static bool solve_predicted(kt_simulation *simulation, int attempt) {
     struct kt_contacts *c = simulation->contacts;
     const int begin = count_beginning(c);
     const double most = find_friction_rate(simulation);
-    if (!kt_coulomb_fits(c->problem, c->solution) || !hold_slow_items(simulation, u, most, c->solver->other))
+    if (!kt_coulomb_fits(c->problem, c->solution) || !hold_slow_items(simulation, most, c->solver->other))
         return true;
-    limit_prediction_times(simulation, u, most, c->solver->other);
-    bool found = solve_problem(simulation, W, u, attempt);
-    for (int i = 0; found && i < PREDICTIONS && find_fading_slip(c, u); i++)
-        found = solve_problem(simulation, W, u, attempt);
+    limit_prediction_times(simulation, most, c->solver->other);
+    bool found = solve_problem(simulation, attempt);
+    for (int i = 0; found && i < PREDICTIONS && find_fading_slip(c); i++)
+        found = solve_problem(simulation, attempt);
     return found && count_beginning(c) >= begin;
 }
 
@@ -528,21 +523,21 @@ static bool solve_predicted(kt_simulation *simulation, const double *W, const do
  * directions in which slip would begin from rest are no substitute: they may have other reactions, and press other
  * contacts. If the present directions have no solution either, the solve before is repeated, whose problem and solution
  * the caller uses. attempt: as in set_problem. */
-static bool solve_attempt(kt_simulation *simulation, const double *W, const double *u, int attempt) {
+static bool solve_attempt(kt_simulation *simulation, int attempt) {
     struct kt_contacts *c = simulation->contacts;
     const bool stops = c->stops;
     kt_clear(c->ahead, (size_t)c->resting * sizeof *c->ahead);
-    bool found = solve_problem(simulation, W, u, attempt);
-    if (found && !solve_predicted(simulation, W, u, attempt)) {
+    bool found = solve_problem(simulation, attempt);
+    if (found && !solve_predicted(simulation, attempt)) {
         kt_clear(c->ahead, (size_t)c->resting * sizeof *c->ahead);
-        found = solve_problem(simulation, W, u, attempt);
+        found = solve_problem(simulation, attempt);
     }
-    if (!found || !stops || any_comes_to_rest(c, u))
+    if (!found || !stops || any_comes_to_rest(c))
         return found;
     c->stops = false;
-    found = solve_problem(simulation, W, u, attempt);
+    found = solve_problem(simulation, attempt);
     c->stops = stops;
-    return found || solve_problem(simulation, W, u, attempt);
+    return found || solve_problem(simulation, attempt);
 }
 
 /* Counts a solution that is one of several motions. */
@@ -558,26 +553,25 @@ static void count_undecided(kt_simulation *simulation, double t) {
 
 /* Finds the contacts in the island of the wedged contact that slip at most about as fast, and holds their friction
  * constant. */
-static void hold_slow_slip(kt_simulation *simulation, const double *u) {
+static void hold_slow_slip(kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
     double most = -1.0;
     for (int i = 0; i < c->meeting; i++)
         if (c->list[i] == c->wedged)
-            most = about * fmax(slip_speed_of(c, i, u), kt_contact_loop(simulation, i)->rest_velocity);
+            most = about * fmax(slip_speed_of(c, i), kt_contact_loop(simulation, i)->rest_velocity);
     for (int i = 0; i < c->meeting; i++)
-        if (friction_line(c, i) >= 0 && slip_speed_of(c, i, u) <= most)
+        if (friction_line(c, i) >= 0 && slip_speed_of(c, i) <= most)
             kt_contact_hold(simulation, c->item[c->list[i]].of);
 }
 
-kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, const double *W, const double *u,
-                                   kt_error *error) {
+kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_contact_counts *counts = &simulation->memory.contacts;
     bool found = false;
     if (c->holds_slow)
-        hold_slow_slip(simulation, u);
+        hold_slow_slip(simulation);
     for (int attempt = 0; attempt < 3 && !found; attempt++)
-        found = solve_attempt(simulation, W, u, attempt) && !closes_released(c);
+        found = solve_attempt(simulation, attempt) && !closes_released(c);
     if (!found)
         return kt_contacts_reject(simulation, t, "reactions", error);
     if (c->solution->count > 1)
@@ -589,6 +583,6 @@ kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, const do
     for (int i = 0; i < c->problem->n; i++)
         if (c->posed[i] < c->meeting)
             c->w[c->posed[i]] = c->solution->u[c->problem->item[i].row];
-    kt_contacts_close_grazing(simulation, W, u, c->w);
+    kt_contacts_close_grazing(simulation);
     return KT_OK;
 }

@@ -41,23 +41,10 @@
 
 enum { HALVINGS = 10, EXACT = 16 };
 
-KT_ARENA_LAYOUT(lay_out_phase, kt_impact_phase, KT_IMPACT_PHASE_FIELDS, size_t n, size_t list)
-
-size_t kt_impact_phase_size(size_t n, size_t list) { return lay_out_phase(NULL, n, list); }
-
-kt_impact_phase *kt_impact_phase_init(size_t n, size_t list, void *memory) {
-    (void)lay_out_phase(memory, n, list);
-    return memory;
-}
-
-/* Begins a phase at the rates u, without impulses and bounds. */
-static void clear_phase(const struct kt_contacts *c, const double *u, kt_impact_phase *phase) {
-    const size_t normal = (size_t)c->meeting * sizeof(double), all = (size_t)c->touching * sizeof(double);
-    phase->rows = 0;
-    kt_clear(phase->bound, normal);
-    kt_clear(phase->least, normal);
-    kt_clear(phase->p, all);
-    kt_copy(phase->u, u, all);
+/* Begins a phase at the rates `from`, without impulses. */
+static void begin_phase(const struct kt_contacts *c, const double *from, double *u, double *p) {
+    kt_clear(p, (size_t)c->touching * sizeof *p);
+    kt_copy(u, from, (size_t)c->touching * sizeof *u);
 }
 
 double kt_contacts_find_rates(kt_simulation *simulation) {
@@ -67,13 +54,13 @@ double kt_contacts_find_rates(kt_simulation *simulation) {
         (void)kt_contacts_select(c, k);
         c->selected->approach = 0.0;
         for (int i = 0; i < c->touching; i++) {
-            c->u[i] = kt_contact_rate(c, c->W, i, &size);
+            c->u[i] = kt_contact_rate(c, i, &size);
             if (fabs(c->u[i]) <= kt_contact_rounding * size)
                 c->u[i] = 0.0;
             if (i < c->meeting)
                 c->selected->approach = fmax(c->selected->approach, -c->u[i] / c->item[c->list[i]].unit);
         }
-        kt_contacts_find_grazing(simulation, c->u);
+        kt_contacts_find_grazing(simulation);
         for (int i = 0; c->selected->approach > 0.0 && i < c->meeting;
              i++) /* after impulses, all reactions are possible */
             c->item[c->list[i]].leaves = false;
@@ -113,68 +100,66 @@ static bool any_is_poisson(const kt_simulation *simulation, const double *p) {
     bool any = false;
     for (int i = 0; i < c->meeting; i++) {
         const kt_loop_record *loop = kt_contact_loop(simulation, i);
-        any = any || (loop->poisson && (p == NULL || kt_contacts_own(c, c->W, i) * p[i] > loop->rest_velocity));
+        any = any || (loop->poisson && (p == NULL || kt_contacts_own(c, i) * p[i] > loop->rest_velocity));
     }
     return any;
 }
 
-/* Sets the restitutions. limits: steps may not resolve a bounce, and accelerations without contacts are known. The
- * first phase of Poisson's rule becomes *compression. This phase is empty unless the impact involves a contact of that
- * rule. */
-static bool begin_impact(kt_simulation *simulation, const double *W, const double *u, bool limits,
-                         kt_impact_phase *compression, double *e) {
+/* Sets the restitutions. limits: steps may not resolve a bounce, and accelerations without contacts are known. Solves
+ * the first phase of Poisson's rule, which is empty unless the impact involves a contact of that rule. */
+static bool begin_impact(kt_simulation *simulation, bool limits) {
     const struct kt_contacts *c = simulation->contacts;
-    clear_phase(c, u, compression);
-    if (any_is_poisson(simulation, NULL) && !kt_contacts_solve_phase(simulation, W, compression))
+    kt_clear(c->bound, (size_t)c->meeting * sizeof *c->bound);
+    kt_clear(c->least, (size_t)c->meeting * sizeof *c->least);
+    begin_phase(c, c->u, c->u_mid, c->p_mid);
+    if (any_is_poisson(simulation, NULL) && !kt_contacts_solve_phase(simulation, c->u_mid, c->p_mid))
         return false;
-    if (!any_is_poisson(simulation, compression->p))
-        clear_phase(c, u, compression);
+    if (!any_is_poisson(simulation, c->p_mid))
+        begin_phase(c, c->u, c->u_mid, c->p_mid);
     for (int i = 0; i < c->meeting; i++) {
         const kt_loop_record *loop = kt_contact_loop(simulation, i);
-        const double rate = loop->poisson ? kt_contacts_own(c, W, i) * compression->p[i] : -u[i];
-        e[i] = rate > loop->rest_velocity && !is_struck(simulation, i) ? loop->restitution : 0.0;
-        if (limits && e[i] > 0.0 && e[i] * rate <= kt_contact_unresolved(simulation, W, i))
-            e[i] = 0.0;
+        const double rate = loop->poisson ? kt_contacts_own(c, i) * c->p_mid[i] : -c->u[i];
+        c->e[i] = rate > loop->rest_velocity && !is_struck(simulation, i) ? loop->restitution : 0.0;
+        if (limits && c->e[i] > 0.0 && c->e[i] * rate <= kt_contact_unresolved(simulation, i))
+            c->e[i] = 0.0;
     }
     return true;
 }
 
-/* Sets the phase in which contacts bounce, after the phase of compression. */
-static void begin_expansion(const kt_simulation *simulation, const double *u, const double *e,
-                            const kt_impact_phase *compression, kt_impact_phase *phase) {
+/* Solves the phase in which contacts bounce, after the phase of compression. */
+static bool solve_expansion(kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
-    clear_phase(c, compression->u, phase);
-    phase->rows = compression->rows;
-    kt_copy(phase->line, compression->line, (size_t)compression->rows * sizeof *phase->line);
+    begin_phase(c, c->u_mid, c->u_end, c->p_end);
     for (int i = 0; i < c->meeting; i++) {
         const bool poisson = kt_contact_loop(simulation, i)->poisson;
-        phase->bound[i] = poisson ? 0.0 : -e[i] * fmin(u[i], 0.0);
-        phase->least[i] = poisson ? e[i] * compression->p[i] : 0.0;
+        c->bound[i] = poisson ? 0.0 : -c->e[i] * fmin(c->u[i], 0.0);
+        c->least[i] = poisson ? c->e[i] * c->p_mid[i] : 0.0;
     }
+    return kt_contacts_solve_phase(simulation, c->u_end, c->p_end);
 }
 
-/* The rate of a row before the impact, or before drives struck. u: the rates between. */
-static double rate_before(const kt_simulation *simulation, const double *u, int line) {
+/* The rate of a row before the impact, or before drives struck. */
+static double rate_before(const kt_simulation *simulation, int line) {
     const struct kt_contacts *c = simulation->contacts;
     const double *v = kt_integrator_state(simulation->integrator) + simulation->size.nq;
     double size;
     if (!c->strikes || is_struck(simulation, line))
-        return c->strikes ? 0.0 : u[line];
+        return c->strikes ? 0.0 : c->u[line];
     return kt_contacts_residual(c, c->list[line], c->component[line], v, c->rate, &size);
 }
 
-/* Adds the impulses of compression to p of the phase, whose rates are final. Returns the energy that both phases
- * dissipate, -sum p (u- + u+) / 2. *size: sum |p u| / 2, to which rounding of this energy is relative. u: the rates
+/* Adds the impulses of compression to those of expansion. Returns the energy that both phases
+ * dissipate, -sum p (u- + u+) / 2. *size: sum |p u| / 2, to which rounding of this energy is relative, with the rates
  * before the impact; if drives struck, the rates behind the jump of drives. */
-static double loss_of(const kt_simulation *simulation, const double *u, const kt_impact_phase *compression,
-                      kt_impact_phase *phase, double *size) {
+static double loss_of(const kt_simulation *simulation, double *size) {
+    const struct kt_contacts *c = simulation->contacts;
     double lost = 0.0;
     *size = 0.0;
-    for (int j = 0; j < phase->rows; j++) {
-        const int line = phase->line[j];
-        phase->p[line] += compression->p[line];
-        lost -= 0.5 * phase->p[line] * (rate_before(simulation, u, line) + phase->u[line]);
-        *size += 0.5 * fabs(phase->p[line] * u[line]);
+    for (int j = 0; j < c->problem->rows; j++) {
+        const int line = c->problem->line[j];
+        c->p_end[line] += c->p_mid[line];
+        lost -= 0.5 * c->p_end[line] * (rate_before(simulation, line) + c->u_end[line]);
+        *size += 0.5 * fabs(c->p_end[line] * c->u[line]);
     }
     return lost;
 }
@@ -183,19 +168,16 @@ static double loss_of(const kt_simulation *simulation, const double *u, const kt
  * Returns whether such impulses exist. *lost: the energy that the impulses dissipate. limits: as in begin_impact. */
 static bool find_impulses(kt_simulation *simulation, bool limits, double *lost) {
     struct kt_contacts *c = simulation->contacts;
-    const double *W = c->W, *u = c->u;
-    double *e = c->e, size;
-    bool found = begin_impact(simulation, W, u, limits, c->compression, e);
-    c->phase->rows = 0;
+    double size;
+    bool found = begin_impact(simulation, limits);
     for (int halving = 0; found; halving++) {
-        begin_expansion(simulation, u, e, c->compression, c->phase);
-        found = kt_contacts_solve_phase(simulation, W, c->phase);
-        *lost = found ? loss_of(simulation, u, c->compression, c->phase, &size) : 0.0;
+        found = solve_expansion(simulation);
+        *lost = found ? loss_of(simulation, &size) : 0.0;
         if (!found || c->strikes || !(*lost < -1e-12 * size) || halving > HALVINGS)
             break;
         simulation->memory.contacts.reduced += halving == 0;
         for (int i = 0; i < c->meeting; i++)
-            e[i] = halving < HALVINGS ? 0.5 * e[i] : 0.0;
+            c->e[i] = halving < HALVINGS ? 0.5 * c->e[i] : 0.0;
     }
     return found;
 }
@@ -203,14 +185,13 @@ static bool find_impulses(kt_simulation *simulation, bool limits, double *lost) 
 /* Applies these impulses. */
 static void apply_impulses(kt_simulation *simulation) {
     struct kt_contacts *c = simulation->contacts;
-    const kt_impact_phase *phase = c->phase;
     for (int i = 0; i < c->meeting; i++)
         simulation->memory.contacts.impacts +=
-            phase->p[i] > 0.0 && c->u[i] < -kt_contact_loop(simulation, i)->rest_velocity && !is_struck(simulation, i);
-    for (int j = 0; j < phase->rows; j++) {
-        const int line = phase->line[j];
-        c->u[line] = phase->u[line];
-        kt_contacts_add_response(c, line, phase->p[line], c->v);
+            c->p_end[i] > 0.0 && c->u[i] < -kt_contact_loop(simulation, i)->rest_velocity && !is_struck(simulation, i);
+    for (int j = 0; j < c->problem->rows; j++) {
+        const int line = c->problem->line[j];
+        c->u[line] = c->u_end[line];
+        kt_contacts_add_response(c, line, c->p_end[line], c->v);
     }
 }
 

@@ -14,21 +14,21 @@ enum { TURNS = 3 };
 
 /* Orthogonalises row i in the metric of W against n independent rows. Returns the square of its remaining length. L
  * gets row n of their Cholesky factor, except its last number. */
-static double orthogonalise_row(const struct kt_contacts *c, const double *W, int n, int i) {
+static double orthogonalise_row(const struct kt_contacts *c, int n, int i) {
     double *L = c->L + (ptrdiff_t)n * c->touching;
     for (int j = 0; j < n; j++)
-        L[j] = kt_contacts_between(c, W, i, c->independent[j]);
-    return kt_cholesky_add_row(c->L, c->touching, n, kt_contacts_own(c, W, i));
+        L[j] = kt_contacts_between(c, i, c->independent[j]);
+    return kt_cholesky_add_row(c->L, c->touching, n, kt_contacts_own(c, i));
 }
 
-static bool is_independent(const struct kt_contacts *c, const double *W, int i, double left) {
-    return left > kt_contact_rounding * kt_contacts_own(c, W, i);
+static bool is_independent(const struct kt_contacts *c, int i, double left) {
+    return left > kt_contact_rounding * kt_contacts_own(c, i);
 }
 
 /* Adds row i to the n independent rows, unless it depends on them. Returns their number. */
-static int add_independent(struct kt_contacts *c, const double *W, int n, int i) {
-    const double left = orthogonalise_row(c, W, n, i);
-    if (!is_independent(c, W, i, left) || n >= (int)c->selected->of->v_count)
+static int add_independent(struct kt_contacts *c, int n, int i) {
+    const double left = orthogonalise_row(c, n, i);
+    if (!is_independent(c, i, left) || n >= (int)c->selected->of->v_count)
         return n;
     c->L[(ptrdiff_t)n * c->touching + n] = sqrt(left);
     c->independent[n] = i;
@@ -41,16 +41,15 @@ static int add_independent(struct kt_contacts *c, const double *W, int n, int i)
  * Friction that is spared has no lever at all: loops alone hold its joint. */
 static uint64_t find_held_in_island(const kt_simulation *simulation) {
     struct kt_contacts *c = simulation->contacts;
-    const double *W = c->W;
     int n = 0;
     uint64_t held = 0;
     for (int i = 0; i < c->touching; i++)
         if (kt_contact_is_closed(simulation->model, &c->item[c->list[i]]))
-            n = add_independent(c, W, n, i);
+            n = add_independent(c, n, i);
     for (int i = c->meeting; i < c->resting; i++) {
         const kt_contact *item = &c->item[c->list[i]];
         if (!kt_contact_is_closed(simulation->model, item) && fabs(c->v[item->v]) <= c->rest_rate[c->list[i]] &&
-            !is_independent(c, W, i, orthogonalise_row(c, W, n, i)))
+            !is_independent(c, i, orthogonalise_row(c, n, i)))
             held |= item->bit;
     }
     return held;
@@ -71,7 +70,7 @@ uint64_t kt_contacts_find_held(const kt_simulation *simulation) {
 /* A contact grazes if its gap closes no faster than its rest velocity, or if the contact grazed when it closed and has
  * not opened since. A grazing contact whose friction leaves has no load, such as in flight, and opens. Otherwise its
  * friction would stick and leave without end. */
-void kt_contacts_find_grazing(kt_simulation *simulation, const double *u) {
+void kt_contacts_find_grazing(kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
     for (int i = 0; i < c->meeting; i++) {
         kt_contact *item = &simulation->contacts->item[c->list[i]];
@@ -80,16 +79,8 @@ void kt_contacts_find_grazing(kt_simulation *simulation, const double *u) {
         item->grazes = kt_contact_is_closed(simulation->model, item)
                            ? simulation->contact_state[item->index].opens_at < 0.0 && !item->leaves &&
                                  (item->of < 0 || !c->item[item->of].leaves)
-                           : item->meets && fabs(u[i]) <= slowest;
+                           : item->meets && fabs(c->u[i]) <= slowest;
     }
-}
-
-/* Whether the contact of row i slips. */
-static bool rubs_at_speed(const struct kt_contacts *c, int i, const double *u) {
-    double most = 0.0;
-    for (int j = c->resting; j < c->touching; j++)
-        most = c->list[j] == c->item[c->list[i]].of ? fmax(most, fabs(u[j])) : most;
-    return c->item[c->list[i]].of >= 0 && most > c->rest_rate[c->item[c->list[i]].of];
 }
 
 /* The weight of a box on three of its corners may lie on a diagonal. Then two reactions carry the weight, and the third
@@ -97,47 +88,47 @@ static bool rubs_at_speed(const struct kt_contacts *c, int i, const double *u) {
  * slow, friction changes so fast that either reaction ends as soon as its contact replaces the other contact. After
  * some replacements within one instant, such a contact stays closed like a grazing contact, for a short time regardless
  * of its reaction. Events within that time decide anew. */
-static double opening_reaction_of(kt_simulation *simulation, const double *W, int i) {
+static double opening_reaction_of(kt_simulation *simulation, int i) {
     const struct kt_contacts *c = simulation->contacts;
     const int k = c->list[i];
     double size;
     if (c->item[k].next != KT_CONTACT_ON || simulation->contact_state[k].left < TURNS)
         return 0.0;
     kt_contact_hold_turning(simulation, k);
-    (void)kt_contact_acceleration(c, W, i, &size);
-    return -2.0 * kt_contact_grazing * size / kt_contacts_own(c, W, i);
+    (void)kt_contact_acceleration(c, i, &size);
+    return -2.0 * kt_contact_grazing * size / kt_contacts_own(c, i);
 }
 
 /* The weights of the forces of contacts and dry friction that touch (cone/statics.h). */
-static void store_metrics(kt_simulation *simulation, const double *W) {
+static void store_metrics(kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
     for (int i = 0; i < c->resting; i++)
-        simulation->contact_state[c->list[i]].metric = kt_contacts_own(c, W, i);
+        simulation->contact_state[c->list[i]].metric = kt_contacts_own(c, i);
     for (int i = c->resting; i < c->touching; i += 2) {
         double *metric = &simulation->contact_state[c->item[c->list[i]].of].metric;
-        *metric = (*metric + kt_contacts_own(c, W, i) + kt_contacts_own(c, W, i + 1)) / 3.0;
+        *metric = (*metric + kt_contacts_own(c, i) + kt_contacts_own(c, i + 1)) / 3.0;
     }
 }
 
-void kt_contacts_close_grazing(kt_simulation *simulation, const double *W, const double *u, const double *w) {
+void kt_contacts_close_grazing(kt_simulation *simulation) {
     struct kt_contacts *c = simulation->contacts;
     bool any = false;
     int n = 0;
-    store_metrics(simulation, W);
+    store_metrics(simulation);
     for (int i = 0; i < c->meeting; i++) {
-        simulation->contact_state[c->list[i]].opens_at = opening_reaction_of(simulation, W, i);
+        simulation->contact_state[c->list[i]].opens_at = opening_reaction_of(simulation, i);
         any = any || (c->item[c->list[i]].grazes && c->item[c->list[i]].next == KT_CONTACT_OFF);
     }
     for (int i = 0; any && i < c->touching; i++)
         if (c->item[c->list[i]].next == KT_CONTACT_ON)
-            n = add_independent(c, W, n, i);
+            n = add_independent(c, n, i);
     for (int i = 0; any && i < c->meeting; i++) {
         kt_contact *item = &c->item[c->list[i]];
         double size;
-        (void)kt_contact_acceleration(c, W, i, &size);
-        const double left = orthogonalise_row(c, W, n, i);
-        if (!item->grazes || item->next != KT_CONTACT_OFF || !(fabs(w[i]) <= kt_contact_grazing * size) ||
-            !is_independent(c, W, i, left) || rubs_at_speed(c, i, u))
+        (void)kt_contact_acceleration(c, i, &size);
+        const double left = orthogonalise_row(c, n, i);
+        if (!item->grazes || item->next != KT_CONTACT_OFF || !(fabs(c->w[i]) <= kt_contact_grazing * size) ||
+            !is_independent(c, i, left) || kt_contact_row_slips(c, i))
             continue;
         item->next = KT_CONTACT_ON;
         if (item->of >= 0)
@@ -145,6 +136,6 @@ void kt_contacts_close_grazing(kt_simulation *simulation, const double *W, const
         simulation->contact_state[item->index].opens_at = -2.0 * kt_contact_grazing * size / left;
         for (int j = i; j < c->touching; j++)
             if (j == i || c->list[j] == item->of)
-                n = add_independent(c, W, n, j);
+                n = add_independent(c, n, j);
     }
 }

@@ -141,7 +141,6 @@ void kt_contacts_clear_rows(struct kt_contacts *c) {
     c->touching = c->meeting = c->resting = 0;
 }
 
-/* Adds a component of item k to the rows of its island. Returns the row. */
 int kt_contacts_add_row(struct kt_contacts *c, int k, int component) {
     assert(k >= 0 && k < c->n && component >= 0 && component < 3);
     kt_contact_island *at = &c->island[c->item[k].island];

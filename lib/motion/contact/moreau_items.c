@@ -458,8 +458,8 @@ void kt_moreau_take_free(kt_simulation *simulation, double h) {
 static kt_status spare_held_items(kt_simulation *simulation, int from, bool *any, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
-    double square = 0.0;
-    const kt_status status = kt_contacts_find_unit(simulation, simulation->model, m->y, &square, error);
+    double norm = 0.0;
+    const kt_status status = kt_contacts_find_unit(simulation, simulation->model, m->y, &norm, error);
     const double speed =
         fmax(kt_largest_speed(c->all, kt_integrator_state(simulation->integrator) + simulation->size.nq),
              kt_largest_speed(c->all, m->y + simulation->size.nq));
@@ -470,7 +470,7 @@ static kt_status spare_held_items(kt_simulation *simulation, int from, bool *any
         const double own = kt_moreau_entry(c, r - c->selected->row, r - c->selected->row);
         const double rest = kt_slip_rest * speed * c->item[m->item[i]].unit / c->all->length;
         const bool closes = m->begin[r] < -rest || m->free[r] < -rest;
-        if ((c->all->driven && closes) || kt_contact_has_lever(c, m->item[i], own, square))
+        if ((c->all->driven && closes) || kt_contact_has_lever(c, m->item[i], own, norm))
             continue;
         m->item_of[m->item[i]] = KT_MOREAU_HELD;
         *any = true;

@@ -38,11 +38,11 @@ kt_status kt_contacts_find_speed(kt_simulation *simulation, const kt_model *open
 
 kt_status kt_contacts_find_own_time(kt_simulation *simulation, const kt_model *open, const double *q, kt_error *error) {
     const struct kt_contacts *c = simulation->contacts;
-    double square;
-    const kt_status status = kt_contacts_find_unit(simulation, open, q, &square, error);
+    double norm;
+    const kt_status status = kt_contacts_find_unit(simulation, open, q, &norm, error);
     if (status != KT_OK)
         return status;
-    const double time = fmin(sqrt(sqrt(square) / c->change), 1.0 / c->fastest);
+    const double time = fmin(sqrt(norm / c->change), 1.0 / c->fastest);
     simulation->memory.own_time = isfinite(time) ? time : 0.0;
     return KT_OK;
 }

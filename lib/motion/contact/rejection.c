@@ -119,33 +119,31 @@ static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) 
     return true;
 }
 
-kt_status kt_contacts_find_unit(kt_simulation *simulation, const kt_model *open, const double *q, double *square,
+kt_status kt_contacts_find_unit(kt_simulation *simulation, const kt_model *open, const double *q, double *norm,
                                 kt_error *error) {
     const double length = simulation->contacts->all->length;
     double *x = simulation->a;
     for (size_t i = 1; i < open->n.link; i++)
         for (int k = 0; k < kt_link_dofs(&open->link[i]); k++)
             x[open->link[i].v + k] = k < kt_link_lengths(&open->link[i]) ? length : 1.0;
-    const kt_status status = kt_kinematics_update(open, simulation->data, q, x, NULL, error);
-    *square = status == KT_OK ? 2.0 * kt_kinetic_energy(open, simulation->data) : 0.0;
-    return status;
+    return kt_contacts_find_norm(simulation, open, q, x, norm, error);
 }
 
-bool kt_contact_has_lever(const struct kt_contacts *c, int k, double own, double square) {
+bool kt_contact_has_lever(const struct kt_contacts *c, int k, double own, double norm) {
     const double unit = c->item[k].unit;
-    return own * square > lever * lever * unit * unit;
+    return own * norm * norm > lever * lever * unit * unit;
 }
 
 /* Spares the rows of the selected island that other loops hold: forces have no lever against them, and they are at
  * rest. A contact (i < meeting) may part, dry friction may not slip either way. Returns whether any row was spared. */
-static bool spare_held_of_island(const kt_simulation *simulation, double square) {
+static bool spare_held_of_island(const kt_simulation *simulation, double norm) {
     struct kt_contacts *c = simulation->contacts;
     bool any = false;
     double size;
     for (int i = 0; i < c->resting; i++) {
-        const double rate = kt_contact_rate(c, c->W, i, &size);
+        const double rate = kt_contact_rate(c, i, &size);
         const double rest = kt_contact_resting(simulation, c->list[i]);
-        if (kt_contact_has_lever(c, c->list[i], kt_contacts_own(c, c->W, i), square) || rate < -rest ||
+        if (kt_contact_has_lever(c, c->list[i], kt_contacts_own(c, i), norm) || rate < -rest ||
             (i >= c->meeting && rate > rest))
             continue;
         c->item[c->list[i]].spared = true;
@@ -157,31 +155,31 @@ static bool spare_held_of_island(const kt_simulation *simulation, double square)
 kt_status kt_contacts_spare_held(kt_simulation *simulation, const kt_model *open, double t, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const double *q = kt_integrator_state(simulation->integrator);
-    double square;
+    double norm;
     bool any = false;
     for (int k = 0; k < c->islands; k++)
         any = any || c->island[k].resting > 0;
     if (open->n.group == 0 || !any)
         return KT_OK;
-    const kt_status status = kt_contacts_find_unit(simulation, open, q, &square, error);
+    const kt_status status = kt_contacts_find_unit(simulation, open, q, &norm, error);
     if (status != KT_OK)
         return status;
     any = false;
     for (int k = 0; k < c->islands; k++)
         if (kt_contacts_select(c, k))
-            any = spare_held_of_island(simulation, square) || any;
+            any = spare_held_of_island(simulation, norm) || any;
     if (!any)
         return KT_OK;
     kt_contacts_list_rows(simulation);
     return kt_contacts_find_response(simulation, open, t, q, error);
 }
 
-/* Checks row i of the selected island, with the scale x'M x of W. */
-static kt_status check_lever(kt_simulation *simulation, int i, double t, double square, kt_error *error) {
+/* Checks row i of the selected island, with the scale |x| of W. */
+static kt_status check_lever(kt_simulation *simulation, int i, double t, double norm, kt_error *error) {
     const struct kt_contacts *c = simulation->contacts;
     const int contact = c->list[i];
     const double rate = c->u[i];
-    if (!(rate < 0.0) || kt_contact_has_lever(c, contact, kt_contacts_own(c, c->W, i), square))
+    if (!(rate < 0.0) || kt_contact_has_lever(c, contact, kt_contacts_own(c, i), norm))
         return KT_OK;
     if (rate >= -kt_contact_resting(simulation, contact)) { /* such as 1e-42 m/s: a mechanism at rest */
         c->u[i] = 0.0;
@@ -198,13 +196,13 @@ static kt_status check_lever(kt_simulation *simulation, int i, double t, double 
 
 kt_status kt_contacts_check_levers(kt_simulation *simulation, const kt_model *open, double t, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
-    double square;
+    double norm;
     kt_status status =
-        kt_contacts_find_unit(simulation, open, kt_integrator_state(simulation->integrator), &square, error);
+        kt_contacts_find_unit(simulation, open, kt_integrator_state(simulation->integrator), &norm, error);
     for (int k = 0; status == KT_OK && k < c->islands; k++) {
         (void)kt_contacts_select(c, k);
         for (int i = 0; status == KT_OK && i < c->meeting; i++)
-            status = check_lever(simulation, i, t, square, error);
+            status = check_lever(simulation, i, t, norm, error);
     }
     return status;
 }

@@ -81,11 +81,6 @@ double kt_contact_coefficient(const kt_model *model, const kt_contact *contact) 
     return kt_effect_record_find(model, contact->effect)->friction;
 }
 
-double kt_contact_coefficient_at(const kt_model *model, const kt_contact *friction, double t) {
-    const bool is_held = t < friction->simulation->contact_state[friction->index].held;
-    return kt_contact_coefficient(model, friction) * (is_held ? kt_contact_holding : 1.0);
-}
-
 kt_status kt_contacts_find_equations(struct kt_contacts *c, const kt_model *model, double t, const double *q,
                                      const double *v, bool all, kt_error *error) {
     kt_contacts_use_closed_model(c, model);
@@ -118,14 +113,7 @@ double kt_contacts_along(const struct kt_contacts *c, int k, const double *x) {
 
 /* W_ik = J_i (M^-1 J')_k */
 double kt_contacts_product(const struct kt_contacts *c, int i, int k) {
-    const kt_contact_line line = kt_contacts_line(c, i);
-    const double *response = c->response + (size_t)k * c->all->n.v;
-    double sum = 0.0;
-    for (int j = 0; j < line.count; j++) {
-        const double x = line.row[line.at[j]];
-        sum += x != 0.0 ? line.sign * x * response[line.v[j]] : 0.0;
-    }
-    return sum;
+    return kt_contacts_along(c, i, c->response + (size_t)k * c->all->n.v);
 }
 
 double kt_contacts_residual(const struct kt_contacts *c, int k, int component, const double *x, const double *right,
@@ -143,19 +131,19 @@ double kt_contacts_residual(const struct kt_contacts *c, int k, int component, c
 }
 
 /* The residual of row k, whose size is at least that of a change of the motion of size `most`. */
-static double residual_of_row(const struct kt_contacts *c, const double *W, int k, const double *x, const double *right,
-                              double most, double *size) {
+static double residual_of_row(const struct kt_contacts *c, int k, const double *x, const double *right, double most,
+                              double *size) {
     const double residual = kt_contacts_residual(c, c->list[k], c->component[k], x, right, size);
-    *size = fmax(*size, sqrt(kt_contacts_own(c, W, k)) * most);
+    *size = fmax(*size, sqrt(kt_contacts_own(c, k)) * most);
     return residual;
 }
 
-double kt_contact_rate(const struct kt_contacts *c, const double *W, int k, double *size) {
-    return residual_of_row(c, W, k, c->v, c->rate, c->speed, size);
+double kt_contact_rate(const struct kt_contacts *c, int k, double *size) {
+    return residual_of_row(c, k, c->v, c->rate, c->speed, size);
 }
 
-double kt_contact_acceleration(const struct kt_contacts *c, const double *W, int k, double *size) {
-    return residual_of_row(c, W, k, c->a, c->drift, c->change, size);
+double kt_contact_acceleration(const struct kt_contacts *c, int k, double *size) {
+    return residual_of_row(c, k, c->a, c->drift, c->change, size);
 }
 
 /* ---- rest -------------------------------------------------------------------------------------------------------- */
@@ -222,20 +210,20 @@ static double tolerance_of_gap(const kt_simulation *simulation, int k) {
 }
 
 /* The bounces after a speed u against the acceleration w take 2 u / w (1 + e + e^2 + ...) = 2 u / (w (1 - e)). */
-double kt_contact_unresolved(const kt_simulation *simulation, const double *W, int k) {
+double kt_contact_unresolved(const kt_simulation *simulation, int k) {
     static const double tolerances = 10.0;
     const kt_loop_record *loop = kt_contact_loop(simulation, k);
     double size;
     if (!(loop->rest_velocity > 0.0))
         return 0.0;
-    const double w = fmax(-kt_contact_acceleration(simulation->contacts, W, k, &size), 0.0);
+    const double w = fmax(-kt_contact_acceleration(simulation->contacts, k, &size), 0.0);
     return simulation->step > 0.0 ? 0.5 * w * fmax(1.0 - loop->restitution, 0.0) * simulation->step
                                   : sqrt(2.0 * w * tolerances * tolerance_of_gap(simulation, k));
 }
 
 /* A bounce at the speed u against the acceleration w has the height u^2 / 2 w and the duration 2 u / w. A bounce does
  * not exist if its height is below some roundings of the gap, or its duration below some roundings of the time. */
-double kt_contact_rest(const kt_simulation *simulation, const double *W, int k) {
+double kt_contact_rest(const kt_simulation *simulation, int k) {
     static const double instant = 16.0 * DBL_EPSILON; /* roundings of the time */
     const struct kt_contacts *c = simulation->contacts;
     const double slowest = kt_contact_loop(simulation, k)->rest_velocity;
@@ -243,7 +231,7 @@ double kt_contact_rest(const kt_simulation *simulation, const double *W, int k) 
         return HUGE_VAL;
     const double t = kt_integrator_time(simulation->integrator);
     double size;
-    const double w = fmax(-kt_contact_acceleration(c, W, k, &size), 0.0);
+    const double w = fmax(-kt_contact_acceleration(c, k, &size), 0.0);
     const double height = sqrt(2.0 * w * rounding_of_gap(simulation, k));
     const double flight = 0.5 * w * fmax(instant * fabs(t), kt_simulation_instant(simulation));
     return fmax(slowest, fmax(height, flight));
@@ -298,10 +286,13 @@ bool kt_contacts_exceed_any(const struct kt_contacts *c, const kt_model *model, 
     return any;
 }
 
-/* Adds a row of a loop to the problem of statics, with its multiplier and its row of J. sign: of the force. */
-static void add_statics_row(const struct kt_contacts *c, const kt_group *group, const kt_loop_record *loop,
-                            int component, double sign, kt_statics *statics, int row) {
+/* Writes the next row of the problem of statics: the multiplier of a loop's equation, and its row of J. sign: of the
+ * force. */
+static void write_statics_row(const struct kt_contacts *c, const kt_group *group, const kt_loop_record *loop,
+                              int component, double sign, kt_statics *statics, int row) {
     const double *J = c->jacobian + kt_loop_entry(group, loop, component);
+    statics->equation[row] = loop->equation + component;
+    statics->sign[row] = sign;
     statics->p[row] = sign * c->row[loop->equation + component];
     for (int j = 0; j < group->v_count; j++)
         statics->matrix[row * statics->columns + j] = sign * J[j];
@@ -312,12 +303,13 @@ static bool contact_sticks(const struct kt_contacts *c, const kt_model *model, c
     return contact->of >= 0 && kt_contact_is_closed(model, &c->item[contact->of]);
 }
 
-/* Whether the force of item k is an unknown of its own in the problem of statics. Friction of a contact belongs to its
- * contact. The normal force of a contact that slips determines its friction, and does not change. */
-static bool is_unknown_at_rest(const struct kt_contacts *c, const kt_model *model, int k) {
+/* Whether the force of item k is an unknown of its own in the problem of statics of a group. Friction of a contact
+ * belongs to its contact. The normal force of a contact that slips determines its friction, and does not change. */
+static bool is_unknown_at_rest(const struct kt_contacts *c, const kt_model *model, const kt_group *group, int k) {
     const kt_contact *contact = &c->item[k];
     const bool slips = k < c->sides && contact->of >= 0 && !contact_sticks(c, model, contact);
-    return kt_contact_is_closed(model, contact) && !kt_contact_rubs(c, k) && !slips;
+    return kt_contact_is_closed(model, contact) && !kt_contact_rubs(c, k) && !slips &&
+           &model->group[model->loop[contact->loop].group] == group;
 }
 
 /* Adds contacts and dry friction of a group. */
@@ -325,23 +317,23 @@ static void add_statics_items(const struct kt_contacts *c, const kt_model *model
                               kt_statics *statics) {
     for (int k = 0; k < c->n; k++) {
         const kt_contact *contact = &c->item[k];
-        const kt_loop_record *loop = &model->loop[contact->loop];
-        if (!is_unknown_at_rest(c, model, k) || &model->group[loop->group] != group)
+        if (!is_unknown_at_rest(c, model, group, k))
             continue;
-        const kt_contact_memory *memory = &contact->simulation->contact_state[k];
-        const bool sticks = k < c->sides && contact_sticks(c, model, contact);
-        const int row = statics->rows;
-        (void)kt_statics_add(statics,
-                             sticks         ? KT_STATICS_CONE
-                             : k < c->sides ? KT_STATICS_NORMAL
-                                            : KT_STATICS_DRY,
-                             sticks         ? kt_contact_coefficient_at(model, &c->item[contact->of], t)
-                             : k < c->sides ? 0.0
-                                            : kt_contact_limit(model, contact),
-                             memory->opens_at, memory->metric);
-        add_statics_row(c, group, loop, 0, contact->sign, statics, row);
+        const kt_contact_memory *memory = contact->simulation->contact_state;
+        const bool is_dry = k >= c->sides, sticks = !is_dry && contact_sticks(c, model, contact);
+        const int of = sticks ? contact->of : k, row = statics->rows;
+        const double mu =
+            sticks ? kt_contact_coefficient(model, &c->item[of]) * (t < memory[of].held ? kt_contact_holding : 1.0)
+                   : 0.0;
+        kt_statics_add(statics,
+                       sticks   ? KT_STATICS_CONE
+                       : is_dry ? KT_STATICS_DRY
+                                : KT_STATICS_NORMAL,
+                       is_dry ? kt_contact_limit(model, contact) : mu, memory[k].opens_at, memory[k].metric)
+            ->of = of;
+        write_statics_row(c, group, &model->loop[contact->loop], 0, contact->sign, statics, row);
         for (int i = 0; sticks && i < 2; i++)
-            add_statics_row(c, group, &model->loop[c->item[contact->of].loop], i, 1.0, statics, row + 1 + i);
+            write_statics_row(c, group, &model->loop[c->item[of].loop], i, 1.0, statics, row + 1 + i);
     }
 }
 
@@ -363,44 +355,19 @@ static void add_statics_loops(const struct kt_contacts *c, const kt_model *model
         for (int r = 0; is_loop_at_rest(loop) && r < loop->row_count; r++) {
             const int row = statics->rows;
             (void)kt_statics_add(statics, KT_STATICS_FREE, 0.0, 0.0, weight * least);
-            add_statics_row(c, group, loop, r, 1.0, statics, row);
+            write_statics_row(c, group, loop, r, 1.0, statics, row);
         }
-    }
-}
-
-/* Writes the forces of the problem of statics back, in the order in which they were added. */
-static void write_static_forces(struct kt_contacts *c, const kt_model *model, const kt_group *group,
-                                const kt_statics *statics) {
-    int row = 0;
-    for (int k = 0; k < c->n; k++) {
-        const kt_contact *contact = &c->item[k];
-        if (!is_unknown_at_rest(c, model, k) || &model->group[model->loop[contact->loop].group] != group)
-            continue;
-        c->reaction[kt_contact_row(model, contact)] = contact->sign * kt_statics_force(statics, row++);
-        for (int i = 0; k < c->sides && contact_sticks(c, model, contact) && i < 2; i++)
-            c->reaction[kt_contact_row(model, &c->item[contact->of]) + i] = kt_statics_force(statics, row++);
-    }
-    for (int i = 0; i < group->loop_count; i++) {
-        const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
-        for (int r = 0; is_loop_at_rest(loop) && r < loop->row_count; r++)
-            c->reaction[loop->equation + r] = kt_statics_force(statics, row++);
     }
 }
 
 /* The reserves of items that bound the margin have the margin's sign, so that all their events are due at one
  * instant. */
-static void write_reserves(struct kt_contacts *c, const kt_model *model, const kt_group *group,
-                           const kt_statics *statics) {
-    int item = 0;
-    for (int k = 0; k < c->n; k++) {
-        const kt_contact *contact = &c->item[k];
-        if (!is_unknown_at_rest(c, model, k) || &model->group[model->loop[contact->loop].group] != group)
-            continue;
-        const int at = k < c->sides && contact_sticks(c, model, contact) ? contact->of : k;
-        if (kt_statics_bounds_margin(statics, item))
-            c->reserve[at] = statics->margin * statics->unit / statics->scale[statics->item[item].row] *
-                             (at == contact->of ? kt_contact_coefficient(model, &c->item[at]) : 1.0);
-        item++;
+static void write_reserves(struct kt_contacts *c, const kt_statics *statics) {
+    for (int i = 0; i < statics->n; i++) {
+        const kt_statics_item *item = &statics->item[i];
+        if (kt_statics_bounds_margin(statics, i))
+            c->reserve[item->of] = statics->margin * statics->unit / statics->scale[item->row] *
+                                   (item->type == KT_STATICS_CONE ? item->friction : 1.0);
     }
 }
 
@@ -410,7 +377,7 @@ static void share_load_of_group(struct kt_contacts *c, const kt_model *model, co
                                 bool least) {
     int items = 0, rows = 0;
     for (int k = 0; k < c->n; k++)
-        items += is_unknown_at_rest(c, model, k) && &model->group[model->loop[c->item[k].loop].group] == group;
+        items += is_unknown_at_rest(c, model, group, k);
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
         rows += is_loop_at_rest(loop) ? loop->row_count : 0;
@@ -426,8 +393,9 @@ static void share_load_of_group(struct kt_contacts *c, const kt_model *model, co
     if (least)
         kt_statics_find_least(statics);
     else
-        write_reserves(c, model, group, statics);
-    write_static_forces(c, model, group, statics);
+        write_reserves(c, statics);
+    for (int i = 0; i < statics->rows; i++)
+        c->reaction[statics->equation[i]] = statics->sign[i] * kt_statics_force(statics, i);
 }
 
 kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at, bool least, kt_error *error) {
