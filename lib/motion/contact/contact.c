@@ -55,8 +55,8 @@ static void measure_solvers(const kt_model *model, kt_contact_sizes *s) {
     s->solver = kt_coulomb_solver_size(s->most_items, s->most_rows, s->most);
 }
 
-/* The sizes of all arrays: the largest ones that any variant of the model needs. */
-static kt_contact_sizes contact_sizes_of(const kt_model *model, size_t n) {
+kt_contact_sizes kt_contact_sizes_of(const kt_model *model) {
+    const size_t n = kt_contacts_of(model);
     kt_contact_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .data = kt_data_size(model), .list = n};
     for (size_t i = 0; i < model->n.loop; i++)
         s.list += model->loop[i].rubs > 0;
@@ -77,13 +77,11 @@ static kt_contact_sizes contact_sizes_of(const kt_model *model, size_t n) {
     return s;
 }
 
-size_t kt_contacts_most_items(const kt_model *model) {
-    return contact_sizes_of(model, kt_contacts_of(model)).most_items;
-}
-
-size_t kt_contacts_size(const kt_model *model, size_t n) {
-    const kt_contact_sizes s = n > 0 ? contact_sizes_of(model, n) : (kt_contact_sizes){.n = 0};
-    return n > 0 ? lay_out(NULL, &s) : 0;
+size_t kt_contacts_size(const kt_model *model) {
+    if (kt_contacts_of(model) == 0)
+        return 0;
+    const kt_contact_sizes s = kt_contact_sizes_of(model);
+    return lay_out(NULL, &s);
 }
 
 /* Finds the contact of friction k. The search begins behind the last contact that was found, since contacts and their
@@ -153,11 +151,10 @@ static void init_solvers(struct kt_contacts *c, const kt_contact_sizes *s) {
 
 kt_status kt_contacts_lay_out(kt_simulation *simulation, kt_error *error) {
     const kt_model *model = simulation->model;
-    const size_t n = kt_contacts_of(model);
-    const kt_contact_sizes s = contact_sizes_of(model, n);
+    const kt_contact_sizes s = kt_contact_sizes_of(model);
     struct kt_contacts *c = (struct kt_contacts *)(void *)simulation->contact_memory;
     (void)lay_out(c, &s);
-    c->n = (int)n;
+    c->n = (int)s.n;
     c->inverse_size = s.inverse;
     simulation->contact_time = (double)NAN;
     c->mask = c->back = 0;

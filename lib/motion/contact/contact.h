@@ -212,9 +212,6 @@ void kt_contacts_init_islands(struct kt_contacts *c);
 /* Empties the lists of rows that touch. */
 void kt_contacts_clear_rows(struct kt_contacts *c);
 /* Adds the next row of item k, and returns the index of this row in the arrays of all rows. */
-static inline int kt_contacts_next_row(const struct kt_contacts *c, int k) {
-    return c->island[c->item[k].island].row + c->island[c->item[k].island].touching;
-}
 int kt_contacts_add_row(struct kt_contacts *c, int k, int component);
 /* Selects an island. Returns whether rows of the island touch. */
 bool kt_contacts_select(struct kt_contacts *c, int island);
@@ -488,21 +485,18 @@ bool kt_contact_row_slips(const struct kt_contacts *c, int i);
 /* Whether contact k slips in the present model. */
 bool kt_contact_is_slipping(const kt_simulation *simulation, int k);
 /* The simulation runs on a model that was made during the run. Copies to this model the parameters that were set
- * since. */
+ * since. Cost if nothing has been set: a comparison of two revisions. */
 void kt_contacts_renew_model(const kt_simulation *simulation);
-/* Calls kt_contacts_renew_model unless nothing has been set. Cost: a comparison of two revisions. */
-void kt_contacts_renew(const kt_simulation *simulation);
 /* Takes over parameters that were set, and reports a contact that has been beyond its boundary since the start. */
 KT_CHECKED kt_status kt_contacts_start(kt_simulation *simulation, kt_error *error);
 
 /* The number of such loops of a model, closed and open. */
 size_t kt_contacts_of(const kt_model *model);
 
-/* The most contacts and dry friction of joints in an island. */
-size_t kt_contacts_most_items(const kt_model *model);
-
-/* Bytes of the memory for n contacts of a model, for all its sets. */
-size_t kt_contacts_size(const kt_model *model, size_t n);
+/* The sizes of all arrays: the largest ones that any variant of the model needs. */
+kt_contact_sizes kt_contact_sizes_of(const kt_model *model);
+/* Bytes of the memory for the contacts of a model, for all its sets; 0 without contacts. */
+size_t kt_contacts_size(const kt_model *model);
 
 /* Lays the memory out and lists the contacts. `simulation` has its model, data and memory. */
 KT_CHECKED kt_status kt_contacts_lay_out(kt_simulation *simulation, kt_error *error);
@@ -521,6 +515,8 @@ double kt_contact_value_margin(const kt_simulation *simulation, size_t k);
 KT_CHECKED kt_status kt_contacts_find_touching(kt_simulation *simulation, double t, kt_error *error);
 /* Lists the rows of contacts that touch and are not spared, and of friction. */
 void kt_contacts_list_rows(kt_simulation *simulation);
+/* Writes column k of J' of all islands to c->response, for all k from `from` on. Returns their number. */
+int kt_contacts_write_columns(struct kt_contacts *c, int from);
 /* Computes M^-1 J' and W of the mechanism with all contacts open, from data of the simulation. */
 KT_CHECKED kt_status kt_contacts_find_response(kt_simulation *simulation, const kt_model *open, double t,
                                                const double *q, kt_error *error);

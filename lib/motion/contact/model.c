@@ -125,12 +125,6 @@ void kt_contacts_store_ranks(kt_simulation *simulation) {
                            simulation->ranks);
 }
 
-void kt_contacts_renew(const kt_simulation *simulation) {
-    const kt_model *model = simulation->model;
-    if (model->revision != kt_variants_model(model->variants, 0)->revision)
-        kt_contacts_renew_model(simulation);
-}
-
 void kt_contacts_renew_model(const kt_simulation *simulation) {
     if (!is_masked(simulation))
         return;

@@ -62,44 +62,23 @@
 
 #include <math.h>
 
-KT_ARENA_LAYOUT(lay_out_moreau, kt_moreau, KT_MOREAU_FIELDS, const kt_moreau_sizes *s)
+KT_ARENA_LAYOUT(lay_out_moreau, kt_moreau, KT_MOREAU_FIELDS, const kt_counts *n, const kt_contact_sizes *s,
+                size_t state)
 
 /* The most additional solutions of a step. Each adds contacts that the impulses of the last solution close. */
 enum { ROUNDS = 6 };
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-/* Sizes that suffice for all variants of a model. */
-static kt_moreau_sizes sizes_of_moreau(const kt_model *model, size_t n) {
-    kt_moreau_sizes s = {.n = n, .nq = model->n.q, .nv = model->n.v, .n_contacts = kt_contacts_of(model)};
-    size_t rubs = 0;
-    for (size_t i = 0; i < model->n.loop; i++)
-        rubs += model->loop[i].rubs > 0;
-    for (uint64_t k = 0; k < kt_variants_count(model->variants); k++) {
-        const kt_model *one = kt_variants_model(model->variants, k);
-        s.row = one->n.row > s.row ? one->n.row : s.row;
-        s.islands = one->n.island > s.islands ? one->n.island : s.islands;
-    }
-    s.x = model->n.x;
-    s.items = s.n_contacts - rubs;
-    s.list = s.n_contacts + rubs;
-    s.most = kt_contacts_most_items(model);
-    s.body = model->n.body;
-    s.loop = model->n.loop;
-    return s;
-}
-
 size_t kt_moreau_size(const kt_model *model, size_t n) {
-    if (kt_contacts_of(model) == 0)
-        return 0;
-    const kt_moreau_sizes s = sizes_of_moreau(model, n);
-    return lay_out_moreau(NULL, &s);
+    const kt_contact_sizes s = kt_contact_sizes_of(model);
+    return lay_out_moreau(NULL, &model->n, &s, n);
 }
 
 void kt_moreau_init(kt_simulation *simulation) {
-    const kt_moreau_sizes s = sizes_of_moreau(simulation->model, simulation->size.n);
+    const kt_contact_sizes s = kt_contact_sizes_of(simulation->model);
     kt_moreau *m = (kt_moreau *)(void *)simulation->moreau_memory;
-    (void)lay_out_moreau(m, &s);
+    (void)lay_out_moreau(m, &simulation->model->n, &s, simulation->size.n);
     m->cone = simulation->contacts->solver->cone;
     simulation->moreau = m;
     simulation->integrator->leap = simulation->steps_over_contacts ? &kt_moreau_leap : NULL;
@@ -391,7 +370,7 @@ static bool has_moreau(const kt_simulation *simulation) {
 const kt_part kt_moreau_part = {.is_active = has_moreau,
                                 .start = kt_contacts_start,
                                 .rebind = kt_contacts_store_ranks,
-                                .renew = kt_contacts_renew,
+                                .renew = kt_contacts_renew_model,
                                 .variant = kt_contacts_open_model,
                                 .reset = begin_anew,
                                 .settle = commit_steps,

@@ -12,51 +12,43 @@
 enum { KT_MOREAU_NO_PART = -1, KT_MOREAU_HELD = -2 };
 
 /* Every array: type, name, count, meaning. An item is a contact, or dry friction of a joint. The rows of an item are in
- * struct kt_contacts. At most `items` items and `list` rows take part in a step. */
+ * struct kt_contacts. */
 #define KT_MOREAU_FIELDS(X)                                                                                            \
-    X(double, y, s->n, "the state in the middle of the step: q, then the velocities without impulses, and x")          \
-    X(double, middle, s->nv, "vm")                                                                                     \
-    X(double, after, s->nv, "velocities at the end")                                                                   \
-    X(double, change, s->nv, "scratch: displacements")                                                                 \
-    X(double, position, s->nq, "scratch")                                                                              \
-    X(double, rate, s->x, "scratch: of auxiliary states")                                                              \
-    X(int, item_of, s->n_contacts, "of each contact: its item, or a reason why it has none")                           \
-    X(int, item, s->items, "the contact, or dry friction")                                                             \
-    X(int, next, s->items, "the next item of its island; -1: none")                                                    \
+    X(double, y, state, "the state in the middle of the step: q, then the velocities without impulses, and x")         \
+    X(double, middle, n->v, "vm")                                                                                      \
+    X(double, after, n->v, "velocities at the end")                                                                    \
+    X(double, change, n->v, "scratch: displacements")                                                                  \
+    X(double, position, n->q, "scratch")                                                                               \
+    X(double, rate, n->x, "scratch: of auxiliary states")                                                              \
+    X(int, item_of, s->n, "of each contact: its item, or a reason why it has none")                                    \
+    X(int, item, s->n, "the contact, or dry friction")                                                                 \
     X(kt_moreau_island, island, s->islands, "items of each island of contacts")                                        \
-    X(int, chosen, s->most, "scratch: items of a problem")                                                             \
-    X(double, none, s->most, "scratch: zeros")                                                                         \
-    X(double, impulse, 3 * s->most, "scratch: of a problem")                                                           \
-    X(double, coefficient, s->most, "likewise: of friction")                                                           \
-    X(double, limits, s->most, "likewise: of dry friction")                                                            \
-    X(uint64_t, branches, s->items, "of the tree: bits of those on which its rows depend")                             \
-    X(int, first, s->items, "its first row in the list of all rows")                                                   \
-    X(double, bound, s->items, "the least rate at the end")                                                            \
-    X(double, e, s->items, "restitution; 0: it does not bounce")                                                       \
-    X(double, mu, s->items, "coefficients of friction")                                                                \
-    X(double, limit, s->items, "impulses of dry friction; negative: a contact")                                        \
-    X(double, viscous, s->items, "of dry friction: the viscous force")                                                 \
+    X(int, chosen, s->most_items, "scratch: items of a problem")                                                       \
+    X(double, none, s->most_items, "scratch: zeros")                                                                   \
+    X(double, impulse, 3 * s->most_items, "scratch: of a problem")                                                     \
+    X(double, coefficient, s->most_items, "likewise: of friction")                                                     \
+    X(double, limits, s->most_items, "likewise: of dry friction")                                                      \
+    X(uint64_t, branches, s->n, "of the tree: bits of those on which its rows depend")                                 \
+    X(int, first, s->n, "its first row in the list of all rows")                                                       \
+    X(double, bound, s->n, "the least rate at the end")                                                                \
+    X(double, e, s->n, "restitution; 0: it does not bounce")                                                           \
+    X(double, mu, s->n, "coefficients of friction")                                                                    \
+    X(double, limit, s->n, "impulses of dry friction; negative: a contact")                                            \
+    X(double, viscous, s->n, "of dry friction: the viscous force")                                                     \
     X(double, begin, s->list, "rates of rows at the beginning of the step")                                            \
     X(double, free, s->list, "rates of rows at its end, without impulses")                                             \
-    X(double, b, 3 * s->most, "of the cone solver")                                                                    \
-    X(double, p, 3 * s->items, "impulses")                                                                             \
-    X(double, column, s->nv, "scratch: of a response")                                                                 \
-    X(kt_contact_memory, saved, s->n_contacts, "of contacts before the last step was accepted")                        \
-    X(double, tau, s->nv, "of a record: torques, and forces of contacts in joints")                                    \
-    X(kt_wrench, external, s->body, "of a record: wrenches on bodies, and of contacts")                                \
-    X(kt_wrench, loop, s->loop, "of a record: wrenches of contacts, as loops have them")                               \
-    X(double, multiplier, s->row, "of a record: of the equations of all contacts")
-
-typedef struct kt_moreau_sizes {
-    size_t n, nq, nv, x, n_contacts, items, list, islands, body, loop, row;
-    size_t most; /* items of an island */
-} kt_moreau_sizes;
+    X(double, b, 3 * s->most_items, "of the cone solver")                                                              \
+    X(double, p, 3 * s->n, "impulses")                                                                                 \
+    X(kt_contact_memory, saved, s->n, "of contacts before the last step was accepted")                                 \
+    X(double, tau, n->v, "of a record: torques, and forces of contacts in joints")                                     \
+    X(kt_wrench, external, n->body, "of a record: wrenches on bodies, and of contacts")                                \
+    X(kt_wrench, loop, n->loop, "of a record: wrenches of contacts, as loops have them")                               \
+    X(double, multiplier, s->rows, "of a record: of the equations of all contacts")
 
 /* An island of contacts (contact/islands.c). */
 typedef struct kt_moreau_island {
-    int first, last, count; /* items of the island; -1: none */
-    int known;              /* the impulses of so many items are known; -1: none, since velocities have changed */
-    double dissipated;      /* energy dissipated by these impulses */
+    int known;         /* the impulses of so many rows are known; -1: none, since velocities have changed */
+    double dissipated; /* energy dissipated by these impulses */
 } kt_moreau_island;
 
 /* The counts of the last step, which are added once the step is accepted. */
@@ -90,7 +82,9 @@ void kt_moreau_open(kt_simulation *simulation);
 extern const struct kt_leap kt_moreau_leap;
 
 /* b' of the equation of a row of a contact, in the state of the last equations; and the rows of an item. */
-double kt_moreau_right(const struct kt_contacts *c, int k, int component);
+static inline double kt_moreau_right(const struct kt_contacts *c, int k, int component) {
+    return c->rate[kt_contact_row(c->all, &c->item[k]) + component];
+}
 static inline int kt_moreau_rows(const kt_moreau *m, int i) { return m->limit[i] < 0.0 && m->mu[i] > 0.0 ? 3 : 1; }
 
 /* Gaps down to minus this number are rounding of positions. */

@@ -11,17 +11,13 @@
 #include "reduction/kernel.h"
 
 #include <assert.h>
+#include <limits.h>
 #include <math.h>
 
 /* Rates up to this part of their change in a step count as residuals of the cone solver: ten times the residual at
  * which it ends. The residual is relative to impulses, which may be a hundred times as large (moreau_solve.c). Bodies
  * are therefore at rest up to a larger part. */
 static const double settled = 1e-6, at_rest = 1e-4;
-
-double kt_moreau_right(const struct kt_contacts *c, int k, int component) {
-    assert(k >= 0 && k < c->n && component >= 0 && component < 3);
-    return c->rate[kt_contact_row(c->all, &c->item[k]) + component];
-}
 
 void kt_moreau_add_response(const kt_simulation *simulation, int i, int r, double p, double *v) {
     assert(i >= 0 && i < simulation->moreau->count && r >= 0 && r < 3);
@@ -74,12 +70,13 @@ kt_status kt_moreau_find_gaps(struct kt_contacts *c, const kt_model *model, cons
 /* ---- items ------------------------------------------------------------------------------------------------------- */
 
 /* Adds a row with its rates at the start of the step (v), and at its end without impulses (m->y). */
-static void add_moreau_row(kt_simulation *simulation, int k, int component, const double *v) {
+static int add_moreau_row(kt_simulation *simulation, int k, int component, const double *v) {
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
     const int row = kt_contacts_add_row(c, k, component);
     m->begin[row] = kt_contacts_rate(c, k, component, v);
     m->free[row] = kt_contacts_rate(c, k, component, m->y + simulation->size.nq);
+    return row;
 }
 
 /* Empties the lists of items. */
@@ -90,30 +87,8 @@ static void clear_items(kt_simulation *simulation) {
     m->count = 0;
     for (int k = 0; k < c->n; k++)
         m->item_of[k] = KT_MOREAU_NO_PART;
-    for (int i = 0; i < c->islands; i++) {
+    for (int i = 0; i < c->islands; i++)
         c->island[i].known = 0;
-        m->island[i] = (kt_moreau_island){.first = -1, .last = -1};
-    }
-}
-
-/* Appends item i to the list of its island. */
-static void append_item(kt_simulation *simulation, int i) {
-    kt_moreau *m = simulation->moreau;
-    kt_moreau_island *island = &m->island[simulation->contacts->item[m->item[i]].island];
-    m->next[i] = -1;
-    *(island->count > 0 ? &m->next[island->last] : &island->first) = i;
-    island->last = i;
-    island->count++;
-}
-
-/* Lists item k for the impulses of this step. Returns its index. */
-static int list_item(kt_simulation *simulation, int k) {
-    kt_moreau *m = simulation->moreau;
-    const int i = m->count++;
-    m->item_of[k] = i;
-    m->item[i] = k;
-    append_item(simulation, i);
-    return i;
 }
 
 /* Removes the items from `from` on from the lists. Items that are not held may be added again. */
@@ -128,12 +103,6 @@ static void drop_items(kt_simulation *simulation, int from) {
             m->item_of[m->item[i]] = KT_MOREAU_NO_PART;
     }
     m->count = from;
-    for (int k = 0; k < c->islands; k++) {
-        m->island[k].count = 0;
-        m->island[k].first = m->island[k].last = -1;
-    }
-    for (int i = 0; i < from; i++)
-        append_item(simulation, i);
 }
 
 /* The compiled model without contacts. The model of a simulation may be a mask, with the groups of all contacts. */
@@ -160,18 +129,19 @@ static int add_moreau_item(kt_simulation *simulation, int k, const double *v) {
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
     const double *force = simulation->contact_state[k].force;
-    const int i = list_item(simulation, k), of = c->item[k].of;
-    m->first[i] = kt_contacts_next_row(c, k);
+    const int i = m->count++, of = c->item[k].of;
+    m->item_of[k] = i;
+    m->item[i] = k;
+    m->first[i] = add_moreau_row(simulation, k, 0, v);
     m->mu[i] = m->bound[i] = m->e[i] = 0.0;
     m->limit[i] = -1.0;
     m->branches[i] = branches_of(simulation, k);
     for (int r = 0; r < 3; r++)
         m->p[3 * i + r] = k < c->sides || r == 0 ? m->h * force[r] : 0.0;
-    add_moreau_row(simulation, k, 0, v);
     if (k < c->sides && of >= 0) {
         m->mu[i] = kt_contact_coefficient(simulation->model, &c->item[of]);
         for (int component = 0; component < 2 && m->mu[i] > 0.0; component++)
-            add_moreau_row(simulation, of, component, v);
+            (void)add_moreau_row(simulation, of, component, v);
     }
     return i;
 }
@@ -242,56 +212,6 @@ static kt_status prepare_inverse(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
-/* Whether all islands have equally many known rows, and equally many new rows after these. */
-static bool columns_are_free(const struct kt_contacts *c, int known) {
-    bool are = true;
-    for (int i = 0; are && i < c->islands; i++) {
-        const kt_contact_island *at = &c->island[i];
-        are = at->known == at->touching ? at->known <= known : at->known == known;
-    }
-    return are;
-}
-
-/* M^-1 of columns (column by column). */
-static kt_status apply_inverse(kt_simulation *simulation, int columns, double *x, kt_error *error) {
-    return kt_mass_inverse_apply((kt_mass_inverse *)(void *)simulation->contacts->inverse_memory, columns, x, error);
-}
-
-/* M^-1 J' of the new rows, if no island needs their columns for rows that are known. */
-static kt_status respond_at_once(kt_simulation *simulation, int known, int columns, kt_error *error) {
-    struct kt_contacts *c = simulation->contacts;
-    const size_t nv = simulation->size.nv;
-    double *first = c->response + (size_t)known * nv;
-    kt_clear(first, (size_t)columns * nv * sizeof *first);
-    for (int i = 0; i < c->islands; i++) {
-        (void)kt_contacts_select(c, i);
-        for (int r = c->selected->known; r < c->touching; r++)
-            kt_contacts_write_row(c, r, c->response + (size_t)r * nv);
-    }
-    return apply_inverse(simulation, columns, first, error);
-}
-
-/* M^-1 J' of the next new row of each island. */
-static kt_status respond_apart(kt_simulation *simulation, int next, kt_error *error) {
-    struct kt_contacts *c = simulation->contacts;
-    double *column = simulation->moreau->column;
-    const size_t nv = simulation->size.nv;
-    kt_clear(column, nv * sizeof *column);
-    for (int i = 0; i < c->islands; i++)
-        if (kt_contacts_select(c, i) && c->selected->known + next < c->touching)
-            kt_contacts_write_row(c, c->selected->known + next, column);
-    const kt_status status = apply_inverse(simulation, 1, column, error);
-    for (int i = 0; status == KT_OK && i < c->islands; i++) {
-        if (!kt_contacts_select(c, i) || c->selected->known + next >= c->touching)
-            continue;
-        double *response = c->response + (size_t)(c->selected->known + next) * nv;
-        const int32_t *coordinate = c->all->island_coordinate + c->selected->of->v;
-        for (int j = 0; j < c->selected->of->v_count; j++)
-            response[coordinate[j]] = column[coordinate[j]];
-    }
-    return status;
-}
-
 /* The item of a row of the selected island. */
 static int item_of_row(const kt_simulation *simulation, int row) {
     const struct kt_contacts *c = simulation->contacts;
@@ -312,21 +232,19 @@ static void extend_W(const kt_simulation *simulation) {
         }
 }
 
-/* Responses to the rows that are new, and their entries of W. */
+/* Responses to the rows that are new, and their entries of W. Islands share columns, so that known rows that share the
+ * column of a new row respond once more. */
 static kt_status respond_to_rows(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
-    int columns = 0, known = 0;
+    int from = INT_MAX;
     kt_status status = simulation->moreau->has_inverse ? KT_OK : prepare_inverse(simulation, error);
-    for (int i = 0; i < c->islands; i++) {
-        const int count = c->island[i].touching - c->island[i].known;
-        known = count > 0 && c->island[i].known > known ? c->island[i].known : known;
-        columns = count > columns ? count : columns;
-    }
-    const bool at_once = columns_are_free(c, known);
-    if (status == KT_OK && at_once)
-        status = respond_at_once(simulation, known, columns, error);
-    for (int next = 0; status == KT_OK && !at_once && next < columns; next++)
-        status = respond_apart(simulation, next, error);
+    for (int i = 0; i < c->islands; i++)
+        if (c->island[i].known < c->island[i].touching && c->island[i].known < from)
+            from = c->island[i].known;
+    const int columns = kt_contacts_write_columns(c, from);
+    if (status == KT_OK && columns > 0)
+        status = kt_mass_inverse_apply((kt_mass_inverse *)(void *)c->inverse_memory, columns,
+                                       c->response + (size_t)from * simulation->size.nv, error);
     for (int i = 0; status == KT_OK && i < c->islands; i++)
         if (kt_contacts_select(c, i) && c->selected->known < c->touching) {
             extend_W(simulation);
@@ -448,7 +366,7 @@ void kt_moreau_take_free(kt_simulation *simulation, double h) {
             m->free[r] = kt_contacts_rate(c, c->rows[r], c->components[r], free);
     kt_moreau_renew_laws(simulation, h);
     for (int i = 0; i < c->islands; i++)
-        m->island[i].known = m->island[i].count == 0 ? 0 : -1;
+        m->island[i].known = c->island[i].touching == 0 ? 0 : -1;
     kt_copy(m->after, free, simulation->size.nv * sizeof *free);
 }
 

@@ -86,11 +86,12 @@ static kt_cone_result solve_cones(kt_simulation *simulation, int count, bool nor
 }
 
 /* Chooses all items of the selected island. Returns their number. */
-static int choose_island(kt_simulation *simulation, const kt_moreau_island *island) {
+static int choose_island(const kt_simulation *simulation) {
+    const struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
     int count = 0;
-    for (int i = island->first; i >= 0; i = m->next[i])
-        m->chosen[count++] = i;
+    for (int r = 0; r < c->touching; r += kt_moreau_rows(m, m->chosen[count++]))
+        m->chosen[count] = m->item_of[c->list[r]];
     return count;
 }
 
@@ -214,21 +215,21 @@ static bool solve_once(kt_simulation *simulation, int count) {
     return rests || isfinite(result.residual);
 }
 
-static kt_status reject_step(const kt_simulation *simulation, const kt_moreau_island *island, kt_error *error) {
+static kt_status reject_step(const kt_simulation *simulation, int count, kt_error *error) {
     const kt_moreau *m = simulation->moreau;
-    const int loop = simulation->contacts->item[m->item[island->first]].loop;
+    const int loop = simulation->contacts->item[m->item[m->chosen[0]]].loop;
     return kt_error_set(error, KT_ERROR_CONSTRAINT,
                         kt_where_at("contact", kt_loop_name(simulation->model, loop), m->t).text,
                         "no impulses satisfy it and the %d other contacts of the step: a prescribed motion drives it "
                         "through its boundary, or no joint has a lever against it; end the motion earlier, or take a "
                         "smaller step",
-                        island->count - 1);
+                        count - 1);
 }
 
 /* Solves for the items of the selected island. */
 static kt_status solve_island(kt_simulation *simulation, kt_moreau_island *island, kt_error *error) {
     kt_moreau *m = simulation->moreau;
-    const int count = choose_island(simulation, island);
+    const int count = choose_island(simulation);
     double size;
     bool found = true, bounces = false;
     for (int j = 0; j < count; j++)
@@ -242,8 +243,8 @@ static kt_status solve_island(kt_simulation *simulation, kt_moreau_island *islan
         for (int j = 0; j < count; j++)
             m->e[m->chosen[j]] = halving < HALVINGS ? 0.5 * m->e[m->chosen[j]] : 0.0;
     }
-    island->known = found ? count : -1;
-    return found ? KT_OK : reject_step(simulation, island, error);
+    island->known = found ? simulation->contacts->touching : -1;
+    return found ? KT_OK : reject_step(simulation, count, error);
 }
 
 kt_status kt_moreau_solve(kt_simulation *simulation, kt_error *error) {
@@ -255,7 +256,7 @@ kt_status kt_moreau_solve(kt_simulation *simulation, kt_error *error) {
     for (int k = 0; status == KT_OK && k < c->islands; k++) {
         kt_moreau_island *island = &m->island[k];
         (void)kt_contacts_select(c, k);
-        if (island->known != island->count)
+        if (island->known != c->touching)
             status = solve_island(simulation, island, error);
         m->counts.dissipated += island->dissipated;
     }
@@ -279,12 +280,14 @@ static const double removed = 1e-3;
  * are then closed exactly: g + W p = 0 with p of either sign (limits: infinity).
  *
  * Returns the number of contacts in the problem; 0 if no gap needs a displacement. */
-static int choose_deep(const kt_simulation *simulation, const kt_moreau_island *island, double h, bool begins) {
+static int choose_deep(const kt_simulation *simulation, double h, bool begins) {
     const struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
+    const int all = choose_island(simulation);
     bool any = false;
     int count = 0;
-    for (int i = island->first; i >= 0; i = m->next[i]) {
+    for (int j = 0; j < all; j++) {
+        const int i = m->chosen[j];
         if (i < m->dry)
             continue;
         const double settles = begins ? kt_moreau_settled_gap(simulation, m->item[i], h) : -1.0;
@@ -302,10 +305,10 @@ static int choose_deep(const kt_simulation *simulation, const kt_moreau_island *
 
 /* Adds the displacement of the selected island to m->change. Returns whether there is one. begins: as in
  * choose_deep. */
-static bool correct_island(kt_simulation *simulation, const kt_moreau_island *island, double h, bool begins) {
+static bool correct_island(kt_simulation *simulation, double h, bool begins) {
     const struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
-    const int count = choose_deep(simulation, island, h, begins);
+    const int count = choose_deep(simulation, h, begins);
     if (count == 0)
         return false;
     kt_clear(m->impulse, 3 * (size_t)count * sizeof *m->impulse);
@@ -323,7 +326,7 @@ bool kt_moreau_correct(kt_simulation *simulation, double h, bool begins) {
     kt_clear(m->change, simulation->size.nv * sizeof *m->change);
     for (int k = 0; k < c->islands; k++) {
         (void)kt_contacts_select(c, k);
-        any = correct_island(simulation, &m->island[k], h, begins) || any;
+        any = correct_island(simulation, h, begins) || any;
     }
     if (!any)
         return false;

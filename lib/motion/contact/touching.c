@@ -37,7 +37,6 @@ void kt_contacts_list_rows(kt_simulation *simulation) {
     }
 }
 
-/* Lists the contacts that touch, and all friction. Errors: a contact penetrates deeply. */
 kt_status kt_contacts_find_touching(kt_simulation *simulation, double t, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     for (int k = 0; k < c->n; k++)
@@ -58,19 +57,19 @@ kt_status kt_contacts_find_touching(kt_simulation *simulation, double t, kt_erro
     return KT_OK;
 }
 
-/* Writes column k of J' of all islands, for all k. Returns the number of columns. */
-static int write_columns(struct kt_contacts *c) {
+int kt_contacts_write_columns(struct kt_contacts *c, int from) {
     const size_t nv = c->all->n.v;
-    int columns = 0;
+    int end = from;
     for (int i = 0; i < c->islands; i++)
-        columns = c->island[i].touching > columns ? c->island[i].touching : columns;
-    kt_clear(c->response, (size_t)columns * nv * sizeof *c->response);
+        end = c->island[i].touching > end ? c->island[i].touching : end;
+    if (end > from)
+        kt_clear(c->response + (size_t)from * nv, (size_t)(end - from) * nv * sizeof *c->response);
     for (int i = 0; i < c->islands; i++) {
         (void)kt_contacts_select(c, i);
-        for (int k = 0; k < c->touching; k++)
+        for (int k = from; k < c->touching; k++)
             kt_contacts_write_row(c, k, c->response + (size_t)k * nv);
     }
-    return columns;
+    return end - from;
 }
 
 /* Computes M^-1 J' and W, or its diagonal, of the mechanism with all contacts open, from data of the simulation. */
@@ -78,7 +77,7 @@ kt_status kt_contacts_find_response(kt_simulation *simulation, const kt_model *o
                                     kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_mass_inverse *inverse = NULL;
-    const int columns = write_columns(c);
+    const int columns = kt_contacts_write_columns(c, 0);
     kt_status status = kt_mass_inverse_init(open, 0, c->inverse_memory, c->inverse_size, &inverse, error);
     if (status == KT_OK)
         status = kt_mass_inverse_compute(inverse, simulation->data, t, q, error);
@@ -97,7 +96,6 @@ kt_status kt_contacts_find_response(kt_simulation *simulation, const kt_model *o
     return status;
 }
 
-/* Computes sqrt(x'M x). Data of the simulation belong to `model`. */
 kt_status kt_contacts_find_norm(kt_simulation *simulation, const kt_model *model, const double *q, const double *x,
                                 double *norm, kt_error *error) {
     const kt_status status = kt_kinematics_update(model, simulation->data, q, x, NULL, error);

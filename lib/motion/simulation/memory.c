@@ -209,7 +209,7 @@ static void measure_simulation(const kt_model *model, const kt_simulation_reques
     size->event = settings->options.events > 0 ? (size_t)settings->options.events : 0;
     size->event += contacts;
     size->contacts = contacts;
-    size->contact = kt_contacts_size(model, contacts);
+    size->contact = kt_contacts_size(model);
     size->mask = contacts > 0 ? kt_mask_size(model) : 0;
     size->ranks = contacts > 0 ? kt_mask_ranks_size(model) : 0;
     size->moreau = contacts > 0 && takes_time_steps(&settings->options) ? kt_moreau_size(model, size->n) : 0;
