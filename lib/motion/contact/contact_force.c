@@ -6,9 +6,10 @@
  *
  *     T = -mu N e,    e = s / |s|
  *
- * with the velocity of slip s. Slow slip has the direction e of a later instant, which its last evaluation left in the
- * data (evaluate/slip_prediction.c). Loops of planes report the wrench on the sphere. The loop of friction is one of
- * rolling, and reports the wrench on the plane, which is the opposite. */
+ * with the velocity of slip s. Slow slip has the direction e of a later instant (evaluate/slip_prediction.c). The
+ * evaluation of the record left e in the data, so that the force balances the acceleration of the record. Loops of
+ * planes report the wrench on the sphere. The loop of friction is one of rolling, and reports the wrench on the plane,
+ * which is the opposite. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/require.h"
 #include "base/where.h"
@@ -22,12 +23,9 @@ static kt_vec3 reaction_on_first_body(const kt_record *record, int loop) {
 }
 
 /* The direction against which friction of a contact acts that slips. */
-static kt_vec3 direction_of_friction(const kt_record *record, int loop, kt_vec3 slip) {
+static kt_vec3 direction_of_friction(const kt_record *record, int loop) {
     const kt_data *data = record->data;
-    const double speed = kt_vec3_norm(slip);
     size_t k = 0;
-    if (speed >= record->slow_slip)
-        return kt_vec3_scale(1.0 / speed, slip);
     for (int i = 0; i < loop; i++)
         k += record->model->loop[i].slips > 0;
     const double *e = data->slip_direction + 2 * k;
@@ -49,7 +47,7 @@ static void find_hard_contact(const kt_record *record, const kt_effect_record *e
         load->force = kt_vec3_add(load->force, reaction_on_first_body(record, friction));
     } else if (model->loop[loop].slips > 0) {
         const double size = effect->friction * kt_vec3_norm(load->force);
-        load->force = kt_vec3_sub(load->force, kt_vec3_scale(size, direction_of_friction(record, loop, load->slip)));
+        load->force = kt_vec3_sub(load->force, kt_vec3_scale(size, direction_of_friction(record, loop)));
     }
 }
 
