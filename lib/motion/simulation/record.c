@@ -63,14 +63,6 @@ static kt_status move_kinematics(kt_simulation *simulation, double t, const doub
     return kt_links_update(model, data, q, v, a, simulation->cached == KT_CACHED_POSES, data->kinematics, error);
 }
 
-/* The time of the forces of a record. With time stepping, it is the middle of the last step, at which contact forces
- * balance the other forces. */
-static double time_of_forces(const kt_simulation *simulation, double t) {
-    return kt_simulation_is_stepped(simulation) ? 0.5 * (kt_integrator_previous_time(simulation->integrator) +
-                                                         kt_integrator_time(simulation->integrator))
-                                                : t;
-}
-
 /* Whether contacts change at t, up to rounding, which is the end of the last step, and their events have not taken
  * effect. */
 static bool changes_contacts(const kt_simulation *simulation, double t) {
@@ -81,21 +73,28 @@ static bool changes_contacts(const kt_simulation *simulation, double t) {
     return due && simulation->memory.fires && end - t <= kt_event_least_width(simulation, end);
 }
 
-/* The time of the reactions of a record at t. If forces jump, reactions of hard contacts belong to the step that ends
- * at the jump: they have the limit of the forces from the left. Contacts may change because of such a jump, which is no
- * breakpoint of fixed steps. */
-static double time_of_reactions(const kt_simulation *simulation, double t) {
-    if (simulation->contacts == NULL || kt_simulation_is_stepped(simulation))
-        return time_of_forces(simulation, t);
+/* The time of the state and of the forces of a record at t. If forces jump, records with hard contacts belong to the
+ * step that ends at the jump: they have the limits from the left. Contacts may change because of such a jump, which is
+ * no breakpoint if a fixed step ends there, or if a state causes the jump. */
+static double time_from_left(const kt_simulation *simulation, double t) {
     const double before = t - 2.0 * kt_event_least_width(simulation, t);
-    return changes_contacts(simulation, t) ? before : kt_simulation_time_inside(simulation, t);
+    return changes_contacts(simulation, t) ? fmax(before, kt_integrator_previous_time(simulation->integrator)) : t;
+}
+
+/* The time of the forces of a record. With time stepping, it is the middle of the last step, at which contact forces
+ * balance the other forces. */
+static double time_of_forces(const kt_simulation *simulation, double t) {
+    if (kt_simulation_is_stepped(simulation))
+        return 0.5 * (kt_integrator_previous_time(simulation->integrator) + kt_integrator_time(simulation->integrator));
+    const double left = time_from_left(simulation, t);
+    return simulation->contacts != NULL && left == t ? kt_simulation_time_inside(simulation, t) : left;
 }
 
 /* Computes the reactions. */
 static kt_status react(kt_simulation *simulation, const kt_record *record, kt_error *error) {
     const bool reported = (simulation->records.bits & KT_RECORD_REACTIONS) != 0;
     kt_status status =
-        kt_simulation_react(simulation, time_of_reactions(simulation, record->t), simulation->y, reported, error);
+        kt_simulation_react(simulation, time_of_forces(simulation, record->t), simulation->y, reported, error);
     if (status == KT_OK && kt_simulation_is_stepped(simulation))
         status = kt_simulation_date_masses(simulation, record->t, error);
     kt_hook_of_check_record *const *hook = simulation->phases.check_record;
@@ -228,7 +227,7 @@ void kt_simulation_begin_record(kt_simulation *simulation, int64_t k, kt_record 
 
 kt_status kt_simulation_read_record(kt_simulation *simulation, int64_t k, kt_record *record, kt_error *from) {
     kt_simulation_begin_record(simulation, k, record);
-    return read_dense_state(simulation, record->t, from);
+    return read_dense_state(simulation, time_from_left(simulation, record->t), from);
 }
 
 kt_status kt_simulation_give_record(kt_simulation *simulation, const kt_record *record, kt_recorder *recorder,
