@@ -259,16 +259,18 @@ static bool is_closing(const kt_simulation *simulation, int k, double h) {
     return c->gap[k] + h * kt_contacts_rate(c, k, 0, simulation->moreau->after) < -kt_moreau_tolerance(c);
 }
 
-/* Whether a contact was closed in the last step and does not bounce. Such a contact most probably takes part, and has
- * no influence if it opens, because its impulse is then zero. */
-static bool was_closed(const kt_simulation *simulation, int k, const double *v) {
+/* Whether a contact was closed in the last step, or touches and does not part, and does not bounce. Such a contact most
+ * probably takes part, and has no influence if it opens, because its impulse is then zero. */
+static bool is_closed(const kt_simulation *simulation, int k, const double *v) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_loop_record *loop = &simulation->model->loop[c->item[k].loop];
-    return simulation->contact_state[k].closed != 0 &&
-           (!(loop->restitution > 0.0) || -kt_contacts_rate(c, k, 0, v) <= loop->rest_velocity);
+    const double rate = kt_contacts_rate(c, k, 0, v);
+    const bool touches = rate <= 0.0 && fabs(c->gap[k]) <= kt_contact_touching * c->item[k].unit;
+    return (simulation->contact_state[k].closed != 0 || touches) &&
+           (!(loop->restitution > 0.0) || -rate <= loop->rest_velocity);
 }
 
-/* Adds contacts that take part, with the equations of their friction; begins: including the contacts of the last step.
+/* Adds contacts that take part, with the equations of their friction; begins: including those that are closed.
  * *any: whether there are some. */
 static kt_status list_closing(kt_simulation *simulation, double h, const double *v, bool begins, bool *any,
                               kt_error *error) {
@@ -279,7 +281,7 @@ static kt_status list_closing(kt_simulation *simulation, double h, const double 
     *any = false;
     for (int k = 0; status == KT_OK && k < c->sides; k++) {
         if (m->item_of[k] != KT_MOREAU_NO_PART || kt_contact_is_released(&c->item[k]) ||
-            !(is_closing(simulation, k, h) || (begins && was_closed(simulation, k, v))))
+            !(is_closing(simulation, k, h) || (begins && is_closed(simulation, k, v))))
             continue;
         if (c->item[k].of >= 0)
             status = find_item(c, c->item[k].of, &at, error);

@@ -149,6 +149,33 @@ KT_TEST(a_plate_rests_if_any_distribution_of_its_load_permits_rest) {
     }
 }
 
+/* A rod is pinned at its top, 60 degrees steep, and stands with its tip on a floor. It is pulled upwards. Friction
+ * wedges it if mu > cot 60, with N (mu sin 60 - cos 60) = m g cos 60 / 2. Otherwise it lifts off. */
+KT_TEST(a_rod_stays_wedged_if_its_friction_permits_rest) {
+    static const double mu[] = {0.5, 0.8};
+    for (int i = 0; i < 2; i++) {
+        char text[512];
+        kt_stepped s;
+        (void)snprintf(text, sizeof text,
+                       "kinetree: 1\ngravity: [0, 0, 9.81]\nbodies:\n"
+                       "  - {name: rod, mass: 2, shape: {type: rod, to: [1, 0, 0]}, markers: {tip: [1, 0, 0]},\n"
+                       "     joint: {type: revolute, axis: y, at: [0, 0, 0.8660254037844386], position: 60 deg}}\n"
+                       "effects:\n  - {name: foot, type: contact, point: rod.tip, radius: 0, plane: world, "
+                       "restitution: 0, friction: %.17g}\n",
+                       mu[i]);
+        begin(text, 1e-3, &s);
+        advance(&s, 0.1);
+        const double turn = kt_simulation_positions(s.simulation)[0] - acos(0.5);
+        const double force = s.simulation->contact_state[0].force[0];
+        if (mu[i] > sqrt(1.0 / 3.0)) {
+            kt_check_near("rests, rad", turn, 0.0, 1e-12);
+            kt_check_near("force, N", force, 2.0 * g * 0.25 / (mu[i] * sqrt(0.75) - 0.5), 1e-9);
+        } else {
+            kt_check_above("lifts off, rad", -turn, 0.01);
+        }
+    }
+}
+
 static int tenths_of(const kt_instant *at, double *value, kt_error *error, void *user) {
     (void)error, (void)user;
     *value = sin(10.0 * at->t - 0.0123);
