@@ -12,8 +12,8 @@
  * may disobey its limit. Steps that begin with such a force are counted, with the largest excess.
  *
  * Newton's law is tested with inverse dynamics, which use neither the mass matrix, nor W, nor the factors of the
- * equations. The wrenches of loops and contacts are those of the record, or of an evaluation in its state if it has no
- * reactions. Cost: O(n). */
+ * equations. The multipliers of loops and contacts, whose signs and cones are tested, are those of the record, or of an
+ * evaluation in its state if it has no reactions. Cost: O(n). */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "base/where.h"
@@ -147,20 +147,18 @@ static kt_status check_open(const kt_simulation *simulation, double t, kt_error 
 
 /* ---- Newton's law ------------------------------------------------------------------------------------------------ */
 
-/* Adds the terms of loops to the sizes. Multipliers of relations and of dry friction act on coordinates, and have no
- * wrench. */
+/* Subtracts J' lambda of all loops from the residuals, and adds its terms to the sizes. */
 static void add_loops(const kt_simulation *simulation, double *left, double *size) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_model *model = simulation->model, *all = c->all;
     for (size_t i = 0; i < model->n.loop; i++) {
         const kt_loop_record *loop = &all->loop[i];
-        const bool acts = loop->term_count > 0 || loop->type == KT_LOOP_RATES;
         const kt_group *group = kt_loop_is_off(&model->loop[i]) ? NULL : &all->group[loop->group];
         for (int r = 0; group != NULL && r < loop->row_count; r++) {
             const double *J = c->jacobian + kt_loop_entry(group, loop, r);
             for (int j = 0; j < group->v_count; j++) {
                 const double force = J[j] * simulation->multiplier[model->loop[i].equation + r];
-                left[all->group_v[group->v + j]] -= acts ? force : 0.0;
+                left[all->group_v[group->v + j]] -= force;
                 size[all->group_v[group->v + j]] += fabs(force);
             }
         }
@@ -224,7 +222,7 @@ static kt_status check_newton(const kt_simulation *simulation, double t, kt_erro
     double *whole = c->a, *size = c->flight, *left = c->v;
     kt_dynamic_state at = {t, q, v, simulation->tau, simulation->external};
     kt_effects_recall(model, simulation->data, &at);
-    const kt_wrench *external = model->n.group > 0 ? simulation->data->loaded : at.external;
+    const kt_wrench *external = model->n.slip > 0 ? kt_slip_load(model, simulation->data, at.external) : at.external;
     const double *tau = model->n.loaded > 0 ? simulation->data->load_tau : at.tau != NULL ? at.tau : model->zero;
     kt_status status = invert(simulation, &at, NULL, NULL, size, error);
     if (status == KT_OK)

@@ -143,6 +143,55 @@ KT_TEST(rod_that_leans_presses) {
     kt_check_equal_int("rejected steps", (long long)kt_simulation_counts_of(simulation).rejected, 0);
 }
 
+/* A rod leans on a floor, and another one slides. A number of their record is then replaced by a wrong one. The check
+ * of records must find it, and name its place. */
+KT_TEST(records_with_a_wrong_number_are_rejected) {
+    static const struct {
+        const char *what, *where, *message;
+        bool slides;
+        int acceleration, multiplier; /* index; -1: right */
+        double factor;
+    } wrong[] = {
+        {"acceleration", "body 'rod'", "Newton's law", false, 0, -1, 0.0},
+        {"acceleration of slip", "body 'rod'", "Newton's law", true, 0, -1, 0.0},
+        {"normal force", "body 'rod'", "Newton's law", false, -1, 0, 1.0 + 1e-6},
+        {"normal force of slip", "body 'rod'", "Newton's law", true, -1, 0, 1.0 - 1e-6},
+        {"friction", "body 'rod'", "Newton's law", false, -1, 1, 1.0 - 1e-6},
+        {"friction beyond its cone", "contact 'foot.stick'", "exceeds its friction", false, -1, 1, 2.0},
+        {"normal force that pulls", "contact 'foot'", "pulls", true, -1, 0, -1.0},
+    };
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        char text[1024];
+        kt_parsed m;
+        kt_record record;
+        kt_error error = {0};
+        (void)snprintf(text, sizeof text,
+                       "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+                       "  - {name: rod, mass: 2, com: [0.5, 0, 0], inertia: [0.1, 0.2, 0.2],\n"
+                       "     markers: {tip: [1, 0, 0]},\n"
+                       "     joint: {type: %s}}\n"
+                       "effects:\n  - {name: foot, type: contact, point: rod.tip, radius: 0, plane: world, "
+                       "restitution: 0, friction: 0.5}\n",
+                       wrong[i].slides ? "free, velocity: {linear: [1, 0, 0], angular: [0, 0, 0]}"
+                                       : "revolute, axis: y, at: [0, 0, 0.8660254037844386], position: 60 deg");
+        kt_parsed_make(&m, text);
+        kt_run run = kt_run_fixed("dopri5", 0.0, 100.0);
+        run.record = KT_RECORD_REACTION | KT_RECORD_ACCELERATION;
+        kt_simulation *simulation = kt_test_simulation(m.model, &run, NULL);
+        kt_test_advance(simulation, 0.01);
+        kt_need_fine("record", kt_simulation_sense(simulation, &record, &error), &error);
+        kt_need_fine("law", kt_contacts_check_record(simulation, record.t, &error), &error);
+        if (wrong[i].acceleration >= 0)
+            simulation->a[wrong[i].acceleration] += 1e-6;
+        else
+            simulation->multiplier[wrong[i].multiplier] *= wrong[i].factor;
+        kt_check_equal_int(wrong[i].what, kt_contacts_check_record(simulation, record.t, &error), KT_ERROR_STEP);
+        kt_check_contains("place", error.where, wrong[i].where);
+        kt_check_contains("time", error.where, "t = 0.01 s");
+        kt_check_contains("message", error.message, wrong[i].message);
+    }
+}
+
 /* A joint of little inertia under a pulse comes to rest at the same place if the pulse comes 1e4 s later, where a
  * rounding of the time changes its rate by 5e-8 rad/s. */
 KT_TEST(dry_friction_stops_a_joint_at_late_times_as_at_zero) {
