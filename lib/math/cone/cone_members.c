@@ -6,17 +6,15 @@
  *
  *     u = W p + b,    p_i = 0 and u_n,i >= 0    of each contact i outside
  *
- * If the set is full, contacts without an impulse leave it, and so do contacts whose normal rows depend on those of
- * other members. With room for more contacts than degrees of freedom, at least one contact always leaves. Dry friction
- * and contacts with a least impulse stay in the set. Impulses of many contacts are not unique; this solution has
- * impulses at few contacts.
+ * If the set is full, contacts without an impulse leave it. The set has room for more contacts than degrees of freedom.
+ * Dry friction and contacts with a least impulse stay in the set. Impulses of many contacts are not unique; this
+ * solution has impulses at few contacts.
  *
  * The set changes by one contact at a time, so that most of its problems are small. Each problem starts from the
  * impulses of the previous problem.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cone/cone_parts.h"
-#include "linear/cholesky.h"
 
 #include <assert.h>
 #include <math.h>
@@ -27,8 +25,8 @@ KT_ARENA_ARRAYS(lay_out_cone_members, struct kt_cone, KT_CONE_MEMBER_FIELDS, siz
 /* The least tolerance of rates outside of the set, relative to the largest rate. Residuals within the set are
  * smaller. */
 static const double closing = 1e-10;
-/* Impulses below this part of the largest are none. Normal rows depend on others below this part of their square. */
-static const double no_impulse = 1e-12, dependent_row = 1e-10;
+/* Impulses below this part of the largest are none. */
+static const double no_impulse = 1e-12;
 /* The number of changes of the set, for each contact for which the set has room. */
 enum { SET_CHANGES = 4 };
 
@@ -92,32 +90,7 @@ static void close_ranks(kt_cone *cone, double *p, int *count) {
     *count = kept;
 }
 
-/* Marks members to be removed, if their normal rows depend on the normal rows of earlier members, by Cholesky's
- * method. */
-static void drop_dependent(kt_cone *cone, const kt_cone_problem *problem, int count) {
-    const int stride = 3 * cone->most;
-    double w[9];
-    int *chosen = cone->order, rank = 0;
-    for (int k = 0; k < count; k++) {
-        const int i = cone->member[k];
-        double *L = cone->A + rank * stride;
-        for (int j = 0; j < rank; j++) {
-            problem->blocks->block(problem->blocks->user, i, chosen[j], w);
-            L[j] = w[0];
-        }
-        problem->blocks->block(problem->blocks->user, i, i, w);
-        const double left = kt_cholesky_add_row(cone->A, stride, rank, w[0]);
-        if (left * cone->unit[i] * cone->unit[i] > dependent_row) {
-            L[rank] = sqrt(left);
-            chosen[rank++] = i;
-        } else if (!must_stay(problem, i)) {
-            cone->is_member[i] = false;
-        }
-    }
-}
-
-/* Makes room in a full set: removes contacts without an impulse and, if there are none, contacts whose normal rows
- * depend on others. Returns whether there is room. */
+/* Makes room in a full set: removes contacts without an impulse. Returns whether there is room. */
 static bool free_place(kt_cone *cone, const kt_cone_problem *problem, double *p, int *count) {
     double most = 0.0;
     for (int k = 0; k < *count; k++)
@@ -126,10 +99,6 @@ static bool free_place(kt_cone *cone, const kt_cone_problem *problem, double *p,
         const int i = cone->member[k];
         cone->is_member[i] = must_stay(problem, i) || p[3 * i] > no_impulse * most;
     }
-    close_ranks(cone, p, count);
-    if (*count < cone->most)
-        return true;
-    drop_dependent(cone, problem, *count);
     close_ranks(cone, p, count);
     return *count < cone->most;
 }

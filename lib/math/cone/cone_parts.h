@@ -27,7 +27,6 @@
     X(double, found, m, "the best of all")                                                                             \
     X(int, first, m + 1, "of n + 1: the first of an item's blocks in `block`")                                         \
     X(int, later_first, m + 1, "likewise in `later`")                                                                  \
-    X(int, order, m, "of members of a set")                                                                            \
     X(int, mode, m, "of n")
 
 /* Arrays for problems of n contacts, of which m / 3 have room in matrices. */
