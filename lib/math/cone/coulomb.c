@@ -228,13 +228,15 @@ static void start_from_zero(const kt_coulomb *c, kt_coulomb_solver *solver) {
 }
 
 /* Opens contact i, from the start solver->x. Returns whether the other contacts then hold contact i, and all contacts
- * opened before, open. except: contacts with these masks need not be held open; NULL: all must be. */
-static bool open_one(kt_coulomb *c, kt_coulomb_solver *solver, int i, const unsigned *except, kt_coulomb_solution *to,
-                     uint64_t *steps) {
+ * opened before, open; with `same`, also whether the motion is the same as before. except: contacts with these masks
+ * need not be held open; NULL: all must be. */
+static bool open_one(kt_coulomb *c, kt_coulomb_solver *solver, int i, const unsigned *except, bool same,
+                     kt_coulomb_solution *to, uint64_t *steps) {
     kt_coulomb_item *item = &c->item[i];
     const unsigned rejected = item->rejected;
     item->rejected = ~(1U << KT_COULOMB_OPEN);
-    if (solve_from(c, solver, solver->next, steps) && holds_opened(c, except, solver->next)) {
+    if (solve_from(c, solver, solver->next, steps) && holds_opened(c, except, solver->next) &&
+        !(same && differs(c, solver->next, to))) {
         kt_coulomb_copy(c, solver->next, to);
         return true;
     }
@@ -244,8 +246,9 @@ static bool open_one(kt_coulomb *c, kt_coulomb_solver *solver, int i, const unsi
 
 /* Opens one contact that presses, from the impulses in `to` without its own. held: only a contact whose rows depend on
  * the rows of other contacts, which then carry the load of the opened contact. Opening any other contact may change the
- * motion. */
-static bool open_any(kt_coulomb *c, kt_coulomb_solver *solver, bool held, kt_coulomb_solution *to, uint64_t *steps) {
+ * motion. same: only a contact without which the motion is the same. */
+static bool open_any(kt_coulomb *c, kt_coulomb_solver *solver, bool held, bool same, kt_coulomb_solution *to,
+                     uint64_t *steps) {
     for (int i = 0; i < c->n; i++) {
         if (c->item[i].type == KT_COULOMB_DRY || !kt_coulomb_is_active(to->mode[i]) ||
             (held && !kt_coulomb_is_held(c, to, i, kt_coulomb_held_rows(c, to, i, false), false)))
@@ -253,7 +256,7 @@ static bool open_any(kt_coulomb *c, kt_coulomb_solver *solver, bool held, kt_cou
         kt_coulomb_copy(c, to, solver->next);
         solver->next->p[c->item[i].row] = 0.0;
         gather(c, solver->next->p, solver->x);
-        if (open_one(c, solver, i, solver->rejected, to, steps))
+        if (open_one(c, solver, i, solver->rejected, same, to, steps))
             return true;
     }
     return false;
@@ -261,23 +264,32 @@ static bool open_any(kt_coulomb *c, kt_coulomb_solver *solver, bool held, kt_cou
 
 /* ---- independent rows ------------------------------------------------------------------------------------------- */
 
+/* Whether a contact with a cone is at rest, whether or not the contact presses. */
+static bool is_resting(const kt_coulomb *c, const kt_coulomb_solution *to, int i) {
+    const double small = 1e-9 * kt_coulomb_rate_size(c, i, kt_coulomb_strength(c, to->p));
+    const double *ut = to->u + c->item[i].across;
+    return c->item[i].type == KT_COULOMB_CONE && fabs(to->u[c->item[i].row]) <= small &&
+           kt_hypot(ut[0], ut[1]) <= small;
+}
+
 /* Opens contacts that slip or part, and whose normal rows depend on the normal rows of other contacts, in their order,
  * whether or not they press. The contacts that press in the first solution depend on its path, and thereby on rounding.
  * Tangential rows do not count, because the others may slip without the opened contact. Contacts that the caller
- * has opened must not close by this. */
-static void open_dependent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
+ * has opened must not close by this. Returns whether any contact was opened: others may slip then. */
+static bool open_dependent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
     kt_coulomb_solution *closed = solver->next;
+    bool any = false;
     for (int i = 0; i < c->n; i++) {
         for (int k = 0; k < c->n; k++)
             closed->mode[k] = kt_coulomb_is_open_alone(&c->item[k]) ? KT_COULOMB_OPEN : KT_COULOMB_SLIP;
-        const bool sticks = c->item[i].type == KT_COULOMB_CONE && to->mode[i] == KT_COULOMB_STICK;
-        if (c->item[i].type != KT_COULOMB_DRY && !kt_coulomb_is_open_alone(&c->item[i]) && !sticks &&
+        if (c->item[i].type != KT_COULOMB_DRY && !kt_coulomb_is_open_alone(&c->item[i]) && !is_resting(c, to, i) &&
             kt_coulomb_fits(c, closed) && kt_coulomb_is_held(c, closed, i, 1, false)) {
             kt_coulomb_copy(c, to, solver->next); /* what is known of other solutions stays */
             start_from_zero(c, solver);
-            (void)open_one(c, solver, i, NULL, to, steps);
+            any = open_one(c, solver, i, NULL, false, to, steps) || any;
         }
     }
+    return any;
 }
 
 /* Whether the normal row of a contact that slips depends on rows of others. */
@@ -297,7 +309,7 @@ static bool separate_dry_friction(kt_coulomb *c, kt_coulomb_solver *solver, kt_c
     bool found = true;
     for (int i = 0; i < c->n && found; i++) {
         if (c->item[i].type != KT_COULOMB_DRY || to->mode[i] != KT_COULOMB_STICK || !slips_on_shared_load(c, to) ||
-            !kt_coulomb_is_held(c, to, i, 1, false) || open_any(c, solver, true, to, steps))
+            !kt_coulomb_is_held(c, to, i, 1, false) || open_any(c, solver, true, false, to, steps))
             continue;
         c->item[i].rejected |= 1U << KT_COULOMB_STICK;
         gather(c, to->p, solver->x);
@@ -313,9 +325,13 @@ static bool make_independent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
     bool found = true;
     for (int i = 0; i < c->n; i++)
         solver->rejected[i] = c->item[i].rejected;
-    open_dependent(c, solver, to, steps);
-    while (found && !kt_coulomb_is_unique(c, to)) {
-        found = kt_coulomb_fits(c, to) && open_any(c, solver, true, to, steps);
+    while (found) {
+        while (open_dependent(c, solver, to, steps)) {
+        }
+        if (kt_coulomb_is_unique(c, to))
+            break;
+        found = kt_coulomb_fits(c, to) &&
+                (open_any(c, solver, true, true, to, steps) || open_any(c, solver, true, false, to, steps));
         if (!found) {
             kt_coulomb_copy(c, to, solver->next);
             if (kt_coulomb_stick(c, solver->next)) {
@@ -324,7 +340,7 @@ static bool make_independent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
                 break;
             }
         }
-        found = found || open_any(c, solver, false, to, steps);
+        found = found || open_any(c, solver, false, false, to, steps);
     }
     found = found && separate_dry_friction(c, solver, to, steps);
     for (int i = 0; i < c->n; i++)
