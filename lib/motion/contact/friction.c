@@ -377,6 +377,7 @@ static void apply(kt_simulation *simulation) {
         contact->next = KT_CONTACT_ON;
         if (type == KT_COULOMB_CONE && mode == KT_COULOMB_STICK && !(c->ahead[i] > 0.0)) {
             c->item[contact->of].next = KT_CONTACT_ON;
+            simulation->contact_state[contact->index].turns = 0;
             if (simulation->contact_state[contact->of].left >= LIMITS)
                 kt_contact_hold_turning(simulation, contact->of);
         } else if (type != KT_COULOMB_FRICTIONLESS)
