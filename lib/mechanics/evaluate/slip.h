@@ -98,8 +98,8 @@ static inline kt_slip_problem *kt_slip_problem_of(const kt_data *data) {
 /* The index of contact i of the present island. */
 static inline size_t kt_slip_index(const kt_slip_problem *p, size_t i) { return (size_t)p->order[p->at->first + i]; }
 
-/* The largest slip velocity that counts as zero, as a part of s0. The least s0 and tau0 of adaptive steps, as parts of
- * the speed and time of a motion of the mechanism by its own size (slip_prediction.c). */
+/* The slip velocity that counts as zero, as a part of s0, unless rounding of the time is larger. The least s0 and tau0
+ * of adaptive steps, as parts of the speed and time of a motion of the mechanism by its size (slip_prediction.c). */
 static const double kt_slip_still = 2.5e-9, kt_slip_slow = 1.2e-6;
 
 /* tau of fixed steps for slip of this speed, which slows down at the rate `slowing`, m/s^2, and would slow down at the

@@ -206,8 +206,8 @@ static void predict_directions(const kt_data *data, kt_slip_problem *p, bool *ho
     }
     for (int k = 0; k < c->n; k++) {
         const size_t index = kt_slip_index(p, (size_t)k);
-        const double *s = data->slip_velocity + 2 * index,
-                     size = kt_hypot(s[0], s[1]) + kt_slip_still * data->slow_slip, tau = p->tau[index];
+        const double *s = data->slip_velocity + 2 * index, size = kt_hypot(s[0], s[1]) + data->still_slip,
+                     tau = p->tau[index];
         p->predicted[index] = tau > 0.0;
         c->item[k].type = tau > 0.0 ? KT_COULOMB_CONE : KT_COULOMB_SLIPS;
         for (int i = 0; i < 2 && tau > 0.0; i++)

@@ -499,6 +499,7 @@ struct kt_data {
     bool followed;       /* their owner follows where contacts close and open: evaluations do not check this */
     uint64_t load_state; /* kt_state_hash of the q and v that `load_friction` belongs to */
     double slow_slip;  /* an input: the largest slip of which the direction is predicted, m/s; or 0 (evaluate/slip.h) */
+    double still_slip; /* an input: slip up to this is rounding, m/s */
     bool posed;        /* poses and velocities of the spatial links are those of the next accelerations, once */
     bool placed;       /* poses of the spatial links are those of the accelerations that are evaluated now (open.c) */
     bool dead;         /* the last projection was rejected at a dead point (assembly/dead_point.c) */

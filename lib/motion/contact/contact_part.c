@@ -103,7 +103,7 @@ static void open_all(kt_simulation *simulation) {
         kt_simulation_take_model(simulation, kt_contacts_open_model(simulation, set));
     kt_contacts_renew_model(simulation);
     simulation->memory.set = set;
-    simulation->memory.own_time = 0.0;
+    simulation->memory.own_time = simulation->memory.slip_noise = 0.0;
     for (size_t k = 0; k < simulation->contact_count; k++) {
         simulation->contact_state[k].closed = false;
         simulation->contact_state[k].closes_at = simulation->contact_state[k].opens_at = 0.0;

@@ -157,6 +157,7 @@ void kt_contacts_put_directions(kt_simulation *simulation) {
     const bool wide = predicts_wide(simulation);
     const double part = part_of_predictions(simulation);
     simulation->slow_slip = simulation->data->slow_slip = part * own_speed_of(simulation);
+    simulation->data->still_slip = fmax(kt_slip_still * simulation->slow_slip, simulation->memory.slip_noise);
     if (simulation->model->n.slip > 0)
         kt_slip_problem_of(simulation->data)->slow_time = part * simulation->memory.own_time;
     for (int k = 0; simulation->model->n.slip > 0 && k < simulation->contacts->sides; k++) {
@@ -222,9 +223,8 @@ static void take_directions(kt_simulation *simulation) {
 /* The least slip that has a direction, m/s. Slower slip is rounding of velocities, or of the time of an event at which
  * slip reverses. */
 static double least_directed_slip(const kt_simulation *simulation) {
-    static const double directed = 5e-12, roundings = 64.0 * DBL_EPSILON;
-    const double time = simulation->memory.own_time, t = kt_integrator_time(simulation->integrator);
-    return time > 0.0 ? simulation->contacts->all->length / time * fmax(directed, roundings * fabs(t) / time) : 0.0;
+    static const double directed = 5e-12;
+    return fmax(directed * own_speed_of(simulation), simulation->memory.slip_noise);
 }
 
 bool kt_contacts_follow_slip(kt_simulation *simulation) {

@@ -9,13 +9,18 @@
  * T follows the units of time, and depends neither on those of length nor on a factor of all masses. All rates u are
  * relative to the other body. Therefore T is equal in all frames that move at a constant velocity, which the speeds of
  * the joints are not. A rate is rest if the mechanism moves by less than a part `kt_slip_rest` of its size within T.
- * Without forces and rates nothing moves, and T counts as unknown: only zero rates are rest. */
+ * Without forces and rates nothing moves, and T counts as unknown: only zero rates are rest.
+ *
+ * Rounding of a time t changes rates by accelerations: by about |a| / |x| of their unit times the rounding of t. This
+ * error does not grow with the rates, as 1 / T^2 does. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "contact/contact.h"
 
 #include "base/copy.h"
+#include "integrator/integrator.h"
 #include "model/switching.h"
 
+#include <float.h>
 #include <math.h>
 
 /* The largest rate of an item, in units per s. The two rates of slip are those of one item. */
@@ -37,12 +42,16 @@ kt_status kt_contacts_find_speed(kt_simulation *simulation, const kt_model *open
 }
 
 kt_status kt_contacts_find_own_time(kt_simulation *simulation, const kt_model *open, const double *q, kt_error *error) {
+    static const double roundings = 64.0 * DBL_EPSILON; /* of the time of an event, as in event.c */
     const struct kt_contacts *c = simulation->contacts;
+    kt_simulation_memory *memory = &simulation->memory;
     double norm;
     const kt_status status = kt_contacts_find_unit(simulation, open, q, &norm, error);
     if (status != KT_OK)
         return status;
     const double time = fmin(sqrt(norm / c->change), 1.0 / c->fastest);
-    simulation->memory.own_time = isfinite(time) ? time : 0.0;
+    const double rounding = roundings * fabs(kt_integrator_time(simulation->integrator));
+    memory->own_time = isfinite(time) ? time : 0.0;
+    memory->slip_noise = norm > 0.0 ? rounding * c->all->length * c->change / norm : 0.0;
     return KT_OK;
 }

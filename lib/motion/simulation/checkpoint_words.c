@@ -107,6 +107,7 @@
     X(contacts.completed, KT_BLOCK_COUNT)                                                                              \
     X(retries, KT_BLOCK_COUNT)                                                                                         \
     X(own_time, KT_BLOCK_ANY)                                                                                          \
+    X(slip_noise, KT_BLOCK_ANY)                                                                                        \
     X(shortened, KT_BLOCK_ANY)
 
 #define KT_CONTACT_WORDS(X)                                                                                            \

@@ -75,6 +75,7 @@ typedef struct kt_simulation_memory {
     double retried_since; /* s, from where tries that are shortened within one fixed step are counted */
     uint64_t retries;     /* their number */
     double own_time;      /* s, in which the mechanism moves by its own size (contact/own_time.c); 0: not known */
+    double slip_noise;    /* m/s, by which rounding of the time of contacts' last decision puts slip off, likewise */
     double shortened;     /* s, the most length of the next step, behind one that failed or missed its event; 0: none */
     int64_t leaps;        /* contacts are resolved by time steps at present (contact/bounded_step.c) */
     int64_t step_grid;    /* the point of the grid at which the present step began, and */

@@ -543,7 +543,9 @@ static const struct found {
     {2, 3, "tolerances in rad/s were compared with speeds in m/s", in_units, "dopri5", false, false, &shorter},
     {2, 1, "rates of rest grew with the speed of the frame", in_frames, "dopri5", false, false, &boosted[1]},
     {102, 2, "the error of an event's time decided whether a held stop touched", in_time, "dopri5", false, false, late},
+    {20, 1, "slow slip kept a direction from which it had turned", in_time, "dopri5", false, false, latest},
     {15, 4, "turns of slip counted for later slip, behind a rest", in_time, "rk4", true, false, late},
+    {45, 10, "slip began in a direction of rounding of the time", in_time, "rk4", true, false, late},
 };
 
 KT_TEST(twins_that_were_mended_move_alike) {
