@@ -131,6 +131,7 @@ typedef struct kt_noise {
     void (*begin)(void *user);              /* before the first try of a step, with f at its start in slot 0 */
     double (*within)(double h, void *user); /* by how much they may put the state off within the last try of the step h,
                                                which is short; 0: none, or not short */
+    double (*instant)(double t, void *user); /* slopes jump at a time near t that is known up to this, s; 0: none */
 } kt_noise;
 
 /* The steps of kt_method_moreau_jean. `step` writes the state at `end` = t + h to y1, and returns the values of a

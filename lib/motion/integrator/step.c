@@ -96,12 +96,23 @@ kt_try_result kt_try_check_error(const kt_interval *in, double error, kt_try *re
     return kt_try_fail(result, KT_TRY_INACCURATE, "the error estimate", in->end);
 }
 
-/* Whether the error estimate of a try is made of errors of the slopes, which no shorter step lowers. */
+/* Whether the estimated error of each component is that of a time within the instant in which slopes jump. */
+static bool estimate_is_rounding_of_time(const kt_integrator *it, double h) {
+    const double instant = it->noise->instant(it->memory.t, it->callbacks.user);
+    bool all = fabs(h) <= instant;
+    for (size_t i = 0; all && i < it->counted; i++)
+        all = fabs(it->family->error_at(it, h, i)) <=
+              fmax(kt_error_scale(it, i, it->y[i], it->trial[i]), instant * fabs(it->k[0][i]));
+    return all;
+}
+
+/* Whether the error estimate of a try is made of errors of the slopes, or of the time, which no shorter step lowers. */
 static bool estimate_is_noise(const kt_integrator *it, double h, const kt_try *r) {
     const kt_integrator_options *o = &it->options;
     return it->noise != NULL && r->result == KT_TRY_INACCURATE &&
-           r->error * fmax(o->relative_tolerance, o->absolute_tolerance) <=
-               it->noise->within(fabs(h), it->callbacks.user);
+           (r->error * fmax(o->relative_tolerance, o->absolute_tolerance) <=
+                it->noise->within(fabs(h), it->callbacks.user) ||
+            estimate_is_rounding_of_time(it, h));
 }
 
 /* Applies the caller's projection, if any, to the trial state. */

@@ -298,7 +298,13 @@ static void begin_passage(void *user) {
     simulation->data->passage = (kt_passage){.time = 0.0};
 }
 
-const struct kt_noise kt_simulation_noise = {begin_passage, acceleration_noise_within};
+/* Friction of hard contacts jumps where slip ends or turns. An event there is found up to an instant (event.c). */
+static double instant_of_slip(double t, void *user) {
+    const kt_simulation *simulation = user;
+    return simulation->model->n.slip > 0 ? 64.0 * DBL_EPSILON * fabs(t) : 0.0;
+}
+
+const struct kt_noise kt_simulation_noise = {begin_passage, acceleration_noise_within, instant_of_slip};
 
 /* Time stepping takes no slopes: the integrator's own steps do (leap.c). */
 static int write_no_slope(double t, const double *y, double *dydt, void *user) {

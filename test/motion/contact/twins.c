@@ -544,6 +544,7 @@ static const struct found {
     {2, 1, "rates of rest grew with the speed of the frame", in_frames, "dopri5", false, false, &boosted[1]},
     {102, 2, "the error of an event's time decided whether a held stop touched", in_time, "dopri5", false, false, late},
     {20, 1, "slow slip kept a direction from which it had turned", in_time, "dopri5", false, false, latest},
+    {3, 4, "no step resolved the end of slip, next to the rounding of time", in_time, "dopri5", false, false, latest},
     {15, 4, "turns of slip counted for later slip, behind a rest", in_time, "rk4", true, false, late},
     {45, 10, "slip began in a direction of rounding of the time", in_time, "rk4", true, false, late},
 };

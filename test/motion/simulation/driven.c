@@ -305,7 +305,7 @@ static kt_status ask_in_between(kt_simulation *simulation, kt_error *error) {
 /* Records and works evaluate accelerations between two steps. The second step must be judged by its own errors.
  * Otherwise a drive next to its dead point moves differently if a balance is kept. */
 KT_TEST(what_is_asked_between_steps_does_not_judge_the_next) {
-    const kt_noise noise = {kt_simulation_noise.begin, judge};
+    const kt_noise noise = {kt_simulation_noise.begin, judge, kt_simulation_noise.instant};
     kt_error error;
     kt_model *model = compile(toggle);
     for (run_judged = 0; run_judged < 2; run_judged++) {
