@@ -10,6 +10,8 @@
 #include <string.h>
 
 static const double converged = 1e-9, polished = 1e-12;
+/* Determinants of blocks below this number count as zero. The largest number on a diagonal is 1. */
+static const double vanishing = 1e-12;
 /* Corners of a face share an impact in many ways, and Newton's method may end at a residual that is enough, but not
  * rounding. Proximal points then find a solution. They cost too much for large problems. */
 enum { SMALL = 8 };
@@ -17,11 +19,27 @@ enum { LOCAL = 4, FIRST_SWEEPS = 2, NEWTON_MOST = 25, TURNS = 10, TURN_SWEEPS = 
 
 /* ---- sweeps ------------------------------------------------------------------------------------------------------ */
 
+/* Writes the forces with which a contact sticks. Returns false if these are outside of its cone, p_n >= low. */
+static bool stick_item(const double *w, const double *q, double mu, double low, double *x) {
+    const double c0 = w[4] * w[8] - w[5] * w[7], c1 = w[2] * w[7] - w[1] * w[8], c2 = w[1] * w[5] - w[2] * w[4];
+    const double det = w[0] * c0 + w[3] * c1 + w[6] * c2, normal = -(c0 * q[0] + c1 * q[1] + c2 * q[2]) / det;
+    const double a = q[1] + w[3] * normal, b = q[2] + w[6] * normal;
+    const double y1 = (w[5] * b - w[8] * a) / c0, y2 = (w[7] * a - w[4] * b) / c0;
+    if (!(det > vanishing && c0 > vanishing && normal > low) || !(kt_hypot(y1, y2) <= mu * normal))
+        return false;
+    x[0] = normal;
+    x[1] = y1;
+    x[2] = y2;
+    return true;
+}
+
 /* Moves x of item i towards the solution of its own problem u = w x + q, by steps of projection: along the rates,
  * divided by the diagonal of w, and back to the set of forces (Alart and Curnier's function is their fixed point). */
 static void solve_item(const kt_cone *cone, int i, const double *w, const double *q, double *x) {
     const double limit = cone->limit[i], across = w[4] + w[8], mu = limit >= 0.0 ? 0.0 : cone->mu[i];
     const double low = limit >= 0.0 ? -limit : cone->least[i], high = limit >= 0.0 ? limit : (double)INFINITY;
+    if (mu > 0.0 && stick_item(w, q, mu, low, x))
+        return;
     for (int k = 0; k < LOCAL; k++) {
         const double u = q[0] + w[0] * x[0] + w[1] * x[1] + w[2] * x[2];
         x[0] = fmax(low, fmin(high, w[0] > 0.0 ? x[0] - u / w[0] : 0.0));
