@@ -139,6 +139,9 @@ static void add_impulses_of_chosen(kt_simulation *simulation, int count) {
  * at rest. The cone solver stays near its start, the impulses of the step before, so rest continues by itself. Where it
  * has begun to move, rest is sought as a problem of statics (cone/statics.h). */
 
+/* Whether item i is a contact with a gap, which may close within the step. A body at rest does not touch it. */
+static bool has_gap(const kt_moreau *m, int i) { return m->limit[i] < 0.0 && bound_of(m, i) < 0.0; }
+
 /* Whether the chosen items are at rest at the beginning of the step, but not at its end. Rates of rows i have different
  * units, so that each is compared in the metric of W: |u_i| / sqrt(W_ii). */
 static bool begins_to_move(const kt_simulation *simulation, int count) {
@@ -150,13 +153,23 @@ static bool begins_to_move(const kt_simulation *simulation, int count) {
         for (int k = 0; k < kt_moreau_rows(m, m->chosen[j]); k++) {
             const int r = m->first[m->chosen[j]] + k, i = r - c->selected->row;
             const double own = kt_moreau_entry(c, i, i), unit = own > 0.0 ? sqrt(own) : HUGE_VAL;
-            const double bound = k == 0 && m->limit[m->chosen[j]] < 0.0 ? bound_of(m, m->chosen[j]) : 0.0;
+            const double bound = k == 0 && m->limit[m->chosen[j]] < 0.0 ? fmax(bound_of(m, m->chosen[j]), 0.0) : 0.0;
             const double end = kt_contacts_rate(c, c->rows[r], c->components[r], m->after) - bound;
             before = fmax(before, fabs(m->begin[r]) / unit);
             after = fmax(after, fabs(end) / unit);
             forced = fmax(forced, fabs(m->free[r] - m->begin[r]) / unit);
         }
     return before <= still * forced && after > still * forced;
+}
+
+/* Whether a contact with a gap, the chosen item j, closes within the step under the impulses of rest. */
+static bool gap_closes(const kt_simulation *simulation, int j) {
+    const struct kt_contacts *c = simulation->contacts;
+    const kt_moreau *m = simulation->moreau;
+    double rate = m->b[3 * j]; /* from its bound */
+    for (int k = 0; k < c->problem->rows; k++)
+        rate += kt_moreau_entry(c, m->first[m->chosen[j]] - c->selected->row, c->problem->line[k]) * c->solution->p[k];
+    return has_gap(m, m->chosen[j]) && !(rate >= 0.0);
 }
 
 static double rest_entry(const void *user, int line, int column) { return kt_moreau_entry(user, line, column); }
@@ -172,6 +185,8 @@ static bool find_rest_of_chosen(kt_simulation *simulation, int count) {
     p->user = c;
     for (int j = 0; j < count; j++) {
         const int i = m->chosen[j], rows = kt_moreau_rows(m, i);
+        if (has_gap(m, i))
+            continue;
         kt_coulomb_item *item = &p->item[p->n++];
         *item = (kt_coulomb_item){.type = rows == 3           ? KT_COULOMB_CONE
                                           : m->limit[i] < 0.0 ? KT_COULOMB_FRICTIONLESS
@@ -185,11 +200,15 @@ static bool find_rest_of_chosen(kt_simulation *simulation, int count) {
             item->size = fmax(item->size, fabs(m->free[m->first[i] + k]));
         }
     }
-    if (!kt_coulomb_find_rest(p, c->solution, false))
+    bool rests = kt_coulomb_find_rest(p, c->solution, false);
+    for (int j = 0; rests && j < count; j++)
+        rests = !gap_closes(simulation, j);
+    if (!rests)
         return false;
-    for (int j = 0; j < count; j++)
-        for (int k = 0; k < kt_coulomb_rows(&p->item[j]); k++)
-            m->impulse[3 * j + k] = c->solution->p[kt_coulomb_row_of(&p->item[j], k)];
+    kt_clear(m->impulse, 3 * (size_t)count * sizeof *m->impulse);
+    for (int j = 0, at = 0; j < count; j++)
+        for (int k = 0; !has_gap(m, m->chosen[j]) && k < kt_moreau_rows(m, m->chosen[j]); k++)
+            m->impulse[3 * j + k] = c->solution->p[at++];
     return true;
 }
 
