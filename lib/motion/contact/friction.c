@@ -97,15 +97,9 @@ bool kt_contacts_solve_phase(kt_simulation *simulation, double *u, double *p) {
     return true;
 }
 
-/* The slip of row i, m/s; 0 without friction. */
-static double slip_speed_of(const struct kt_contacts *c, int i) {
-    const int line = friction_line(c, i);
-    return line >= 0 ? kt_hypot(c->u[line], c->u[line + 1]) : 0.0;
-}
-
 /* Poses the problem of an impact without approach. `wedged` is the row of a contact, or -1. This contact is given an
- * approach rate that is small compared with the fastest slip, so that zero impulse is not a solution. Friction is
- * larger by the part `excess`. */
+ * approach rate that is small compared with its slip, so that zero impulse is not a solution. Friction is larger by the
+ * part `excess`. */
 static kt_coulomb *pose_jam(const kt_simulation *simulation, int wedged, double excess) {
     struct kt_contacts *c = simulation->contacts;
     kt_coulomb *p = begin_coulomb(c);
@@ -114,15 +108,13 @@ static kt_coulomb *pose_jam(const kt_simulation *simulation, int wedged, double 
             add_item(p, simulation, i)->friction *= 1.0 + excess;
     for (int j = 0; j < p->rows; j++)
         p->b[j] = c->u[p->line[j]];
-    double fastest = 0.0;
     for (int i = 0; i < p->n; i++) {
         kt_coulomb_item *item = &p->item[i];
         for (int k = 0; k < kt_coulomb_rows(item); k++)
             item->size = fmax(item->size, fabs(p->b[kt_coulomb_row_of(item, k)]));
-        fastest = fmax(fastest, slip_speed_of(c, c->posed[i]));
+        const bool is_wedged = c->posed[i] == wedged;
+        p->b[item->row] = is_wedged ? -small * kt_hypot(p->b[item->across], p->b[item->across + 1]) : 0.0;
     }
-    for (int i = 0; i < p->n; i++)
-        p->b[p->item[i].row] = c->posed[i] == wedged ? -small * fastest : 0.0;
     return p;
 }
 
@@ -140,20 +132,27 @@ static bool solve_jam(kt_simulation *simulation, kt_coulomb *p, double *energy) 
     return most > 0.0 && *energy >= 0.0;
 }
 
+/* The slip of row i, m/s; 0 without friction. */
+static double slip_speed_of(const struct kt_contacts *c, int i) {
+    const int line = friction_line(c, i);
+    return line >= 0 ? kt_hypot(c->u[line], c->u[line + 1]) : 0.0;
+}
+
 bool kt_contact_row_slips(const struct kt_contacts *c, int i) {
     return c->item[c->list[i]].of >= 0 && slip_speed_of(c, i) > c->rest_rate[c->item[c->list[i]].of];
 }
 
-/* Whether the impulses of the solution change the slip of any contact, and not just an approach. */
-static bool has_stopped(const struct kt_contacts *c) {
+/* Whether the impulses of the solution change the slip of row i, and not just its approach. */
+static bool has_stopped(const struct kt_contacts *c, int i) {
+    const int line = friction_line(c, i);
     const kt_coulomb *p = c->problem;
-    bool any = false;
-    for (int k = 0; k < p->n; k++) {
-        const int line = friction_line(c, c->posed[k]);
-        const double *after = c->solution->u + p->item[k].across, slip = slip_speed_of(c, c->posed[k]);
-        any = any || (slip > 0.0 && kt_hypot(after[0] - c->u[line], after[1] - c->u[line + 1]) > 0.1 * slip);
-    }
-    return any;
+    for (int k = 0; k < p->n; k++)
+        if (c->posed[k] == i) {
+            const double *after = c->solution->u + p->item[k].across;
+            return kt_hypot(after[0] - c->u[line], after[1] - c->u[line + 1]) >
+                   0.1 * kt_hypot(c->u[line], c->u[line + 1]);
+        }
+    return false;
 }
 
 /* Finds the contacts that loops may clamp: normal impulses of any size, of all these contacts at once, change no rate,
@@ -223,10 +222,11 @@ static kt_coulomb *find_jam(kt_simulation *simulation, double *energy) {
         return p;
     for (size_t k = 0; k < sizeof excess / sizeof *excess; k++)
         for (int i = 0; i < c->meeting; i++) {
-            if ((c->jams && c->list[i] != c->wedged) || c->u[i] > kt_contact_rest(simulation, i))
+            if ((c->jams && c->list[i] != c->wedged) || !kt_contact_row_slips(c, i) ||
+                c->u[i] > kt_contact_rest(simulation, i))
                 continue;
             p = pose_jam(simulation, i, excess[k]);
-            if (solve_jam(simulation, p, energy) && has_stopped(c))
+            if (solve_jam(simulation, p, energy) && has_stopped(c, i))
                 return p;
         }
     return NULL;
