@@ -104,38 +104,28 @@ static bool find_proximal(kt_cone *cone, double delta) {
     return done;
 }
 
-/* Proximal points z: each solves (W + delta 1) z' + b - delta z, and delta falls after `most` of them. They begin with
- * zero and a large delta, so that no earlier start matters. From points near a solution, Newton is tried on the problem
- * itself, again when the residual has fallen by `nearer`. Returns the residual of the best point so far, which is y. */
-static double approach(kt_cone *cone, int most, double residual) {
-    static const double first = 1.0, last = 1e-7, falls = 0.3, near = 1e-3, nearer = 0.1;
+/* Proximal points z: each solves (W + delta 1) z' + b - delta z, and delta falls after some of them. They begin with
+ * zero and a large delta, so that no earlier start matters. From each point near a solution, Newton is tried on the
+ * problem itself. y becomes the best point. */
+static void approach(kt_cone *cone) {
+    enum { OUTER = 12 };
+    static const double first = 1.0, last = 1e-7, falls = 0.3;
     const int m = 3 * cone->n;
-    double next = near, delta = first;
+    double residual = (double)INFINITY, delta = first;
     memset(cone->z, 0, (size_t)m * sizeof *cone->z);
     for (int i = 0; i < m; i++)
         cone->diagonal[i] = cone->W[i * m + i];
     while (delta > last && residual > cone->enough) {
         bool done = true;
-        for (int k = 0; k < most && residual > cone->enough && done; k++) {
+        for (int outer = 0; outer < OUTER && residual > cone->enough && done; outer++) {
             done = find_proximal(cone, delta);
-            const double left = kt_cone_residual(cone, cone->b, cone->z);
-            keep_better(cone, cone->z, &residual);
-            if (!(left < next))
-                continue;
-            next = nearer * left;
             memcpy(cone->x, cone->z, (size_t)m * sizeof *cone->x);
-            (void)kt_cone_newton(cone, cone->b, cone->x, NEWTON_MOST);
+            if (kt_cone_residual(cone, cone->b, cone->x) < 1e-3)
+                (void)kt_cone_newton(cone, cone->b, cone->x, NEWTON_MOST);
             keep_better(cone, cone->x, &residual);
         }
         delta *= falls;
     }
-    return residual;
-}
-
-/* Few proximal points solve most problems. */
-static void approach_in_turns(kt_cone *cone) {
-    enum { FEW = 1, MANY = 12 };
-    (void)approach(cone, MANY, approach(cone, FEW, (double)INFINITY));
 }
 
 /* ---- the cascade ------------------------------------------------------------------------------------------------- */
@@ -208,7 +198,7 @@ static void run_round(kt_cone *cone, kt_cone_round round) {
     if (round == KT_CONE_SWEEPS) {
         alternate(cone);
     } else if (round == KT_CONE_PROXIMAL) {
-        approach_in_turns(cone);
+        approach(cone);
     } else {
         for (int k = 0; k < FIRST_SWEEPS; k++)
             sweep_cones(cone, cone->b, cone->x);
