@@ -344,19 +344,16 @@ void kt_contacts_slip_together(kt_simulation *simulation);
  *
  * kt_contacts_find_loads evaluates these reactions, for the multipliers in c->row.
  *
- * kt_contacts_solve_loads repeats kt_contacts_solve_islands, which finds the set that follows, until the loads of this
- * set are those from which the set was found. */
+ * kt_contacts_solve_loads repeats `solve`, which finds the set that follows, until the loads of this set are those from
+ * which the set was found. again: impulses have stopped slip at this instant, and may not do so again. */
+typedef kt_status kt_contacts_solver(kt_simulation *simulation, double t, bool again, double *lost, kt_error *error);
 bool kt_contacts_have_loads(const struct kt_contacts *c);
 void kt_contacts_put_rests(kt_simulation *simulation, bool rests);
 void kt_contacts_update_loads(struct kt_contacts *c, const kt_model *model, const kt_data *data,
                               const double *multiplier);
 KT_CHECKED kt_status kt_contacts_find_loads(struct kt_contacts *c, const kt_instant *at, kt_error *error);
-KT_CHECKED kt_status kt_contacts_solve_loads(kt_simulation *simulation, double t, bool again, double *lost,
-                                             kt_error *error);
-/* Solves contact forces of all islands, from the accelerations without contacts in c->a (forces.c). again: impulses
- * have stopped slip at this instant, and may not do so again. */
-KT_CHECKED kt_status kt_contacts_solve_islands(kt_simulation *simulation, double t, bool again, double *lost,
-                                               kt_error *error);
+KT_CHECKED kt_status kt_contacts_solve_loads(kt_simulation *simulation, double t, kt_contacts_solver *solve, bool again,
+                                             double *lost, kt_error *error);
 
 /* The contact that friction wedged in the last evaluation (slip.c); -1: no contact. */
 int kt_contacts_find_wedged(const kt_simulation *simulation);
@@ -480,7 +477,11 @@ void kt_contacts_store_ranks(kt_simulation *simulation);
 /* The model of small motions about the present state, in which all contacts that rest are closed (resting.c). a: the
  * accelerations in the present state. The next trial may overwrite the model. */
 const kt_model *kt_contacts_resting_model(kt_simulation *simulation, const double *a);
-/* Whether the contact of row i of the selected island slips, and friction has not come to rest. */
+/* The first row of the friction of the contact of row i in the list of the selected island; -1: none. */
+int kt_contact_friction_line(const struct kt_contacts *c, int i);
+/* The slip of row i, m/s; 0 without friction. */
+double kt_contact_slip_speed(const struct kt_contacts *c, int i);
+/* Whether the contact of row i slips, and friction has not come to rest. */
 bool kt_contact_row_slips(const struct kt_contacts *c, int i);
 /* Whether contact k slips in the present model. */
 bool kt_contact_is_slipping(const kt_simulation *simulation, int k);

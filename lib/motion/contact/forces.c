@@ -90,7 +90,9 @@ static kt_status solve_forces_of_island(kt_simulation *simulation, double t, boo
     return KT_OK;
 }
 
-kt_status kt_contacts_solve_islands(kt_simulation *simulation, double t, bool again, double *lost, kt_error *error) {
+/* Solves contact forces of all islands, from the accelerations without contacts in c->a. again: impulses have stopped
+ * slip at this instant, and may not do so again. */
+static kt_status solve_islands(kt_simulation *simulation, double t, bool again, double *lost, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_status status = KT_OK;
     for (int k = 0; k < c->n; k++)
@@ -105,7 +107,7 @@ kt_status kt_contacts_solve_islands(kt_simulation *simulation, double t, bool ag
 }
 
 /* Solves the contact forces at the present state, together with the loads of joint friction if some friction is
- * proportional to a reaction. again: as in kt_contacts_solve_islands. */
+ * proportional to a reaction. again: as in solve_islands. */
 static kt_status solve_all_forces(kt_simulation *simulation, double t, bool again, double *lost, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     for (int k = c->sides; k < c->n; k++)
@@ -113,8 +115,8 @@ static kt_status solve_all_forces(kt_simulation *simulation, double t, bool agai
     const kt_status status = kt_contacts_find_free(simulation, t, kt_integrator_state(simulation->integrator), error);
     if (status != KT_OK)
         return status;
-    return (kt_contacts_have_loads(c) ? kt_contacts_solve_loads : kt_contacts_solve_islands)(simulation, t, again, lost,
-                                                                                             error);
+    return kt_contacts_have_loads(c) ? kt_contacts_solve_loads(simulation, t, solve_islands, again, lost, error)
+                                     : solve_islands(simulation, t, again, lost, error);
 }
 
 kt_status kt_contacts_solve_reactions(kt_simulation *simulation, double t, double *lost, kt_error *error) {

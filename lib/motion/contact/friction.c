@@ -42,18 +42,10 @@ static int add_line(kt_coulomb *p, int line) {
     return p->rows++;
 }
 
-/* The first row of the list of a contact's friction. */
-static int friction_line(const struct kt_contacts *c, int line) {
-    for (int i = c->resting; i < c->touching; i++)
-        if (c->list[i] == c->item[c->list[line]].of)
-            return i;
-    return -1;
-}
-
 /* Adds the contact or the dry friction of a row of the list, with the rows of its friction. */
 static kt_coulomb_item *add_item(kt_coulomb *p, const kt_simulation *simulation, int line) {
     struct kt_contacts *c = simulation->contacts;
-    const int friction = line < c->meeting ? friction_line(c, line) : -1;
+    const int friction = line < c->meeting ? kt_contact_friction_line(c, line) : -1;
     kt_coulomb_item *item = &p->item[p->n];
     c->posed[p->n++] = line;
     *item = (kt_coulomb_item){.type = KT_COULOMB_FRICTIONLESS, .row = add_line(p, line)};
@@ -132,19 +124,9 @@ static bool solve_jam(kt_simulation *simulation, kt_coulomb *p, double *energy) 
     return most > 0.0 && *energy >= 0.0;
 }
 
-/* The slip of row i, m/s; 0 without friction. */
-static double slip_speed_of(const struct kt_contacts *c, int i) {
-    const int line = friction_line(c, i);
-    return line >= 0 ? kt_hypot(c->u[line], c->u[line + 1]) : 0.0;
-}
-
-bool kt_contact_row_slips(const struct kt_contacts *c, int i) {
-    return c->item[c->list[i]].of >= 0 && slip_speed_of(c, i) > c->rest_rate[c->item[c->list[i]].of];
-}
-
 /* Whether the impulses of the solution change the slip of row i, and not just its approach. */
 static bool has_stopped(const struct kt_contacts *c, int i) {
-    const int line = friction_line(c, i);
+    const int line = kt_contact_friction_line(c, i);
     const kt_coulomb *p = c->problem;
     for (int k = 0; k < p->n; k++)
         if (c->posed[k] == i) {
@@ -168,7 +150,7 @@ static double clamp_contacts(const struct kt_contacts *c, kt_coulomb *p, double 
             continue;
         item->least = least;
         if (item->type == KT_COULOMB_CONE && item->friction > 0.0)
-            most = fmax(most, slip_speed_of(c, c->posed[k]) / (item->friction * kt_coulomb_weight(p, k)));
+            most = fmax(most, kt_contact_slip_speed(c, c->posed[k]) / (item->friction * kt_coulomb_weight(p, k)));
     }
     return most;
 }
@@ -559,9 +541,9 @@ static void hold_slow_slip(kt_simulation *simulation) {
     double most = -1.0;
     for (int i = 0; i < c->meeting; i++)
         if (c->list[i] == c->wedged)
-            most = about * fmax(slip_speed_of(c, i), kt_contact_loop(simulation, i)->rest_velocity);
+            most = about * fmax(kt_contact_slip_speed(c, i), kt_contact_loop(simulation, i)->rest_velocity);
     for (int i = 0; i < c->meeting; i++)
-        if (friction_line(c, i) >= 0 && slip_speed_of(c, i) <= most)
+        if (kt_contact_friction_line(c, i) >= 0 && kt_contact_slip_speed(c, i) <= most)
             kt_contact_hold(simulation, c->item[c->list[i]].of);
 }
 

@@ -122,7 +122,8 @@ static bool obeys_law(kt_simulation *simulation) {
     return obeys;
 }
 
-kt_status kt_contacts_solve_loads(kt_simulation *simulation, double t, bool again, double *lost, kt_error *error) {
+kt_status kt_contacts_solve_loads(kt_simulation *simulation, double t, kt_contacts_solver *solve, bool again,
+                                  double *lost, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     bool changes = true;
     for (int k = 0; k < c->n; k++)
@@ -130,7 +131,7 @@ kt_status kt_contacts_solve_loads(kt_simulation *simulation, double t, bool agai
     for (int i = 0; i < SETS_MAX && changes; i++) {
         for (int k = 0; k < c->n; k++)
             c->item[k].next = c->item[k].began;
-        kt_status status = kt_contacts_solve_islands(simulation, t, again, lost, error);
+        kt_status status = solve(simulation, t, again, lost, error);
         if (status == KT_OK && i == 0)
             stick_at_rest(c);
         if (status == KT_OK)

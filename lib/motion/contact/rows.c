@@ -7,6 +7,7 @@
 #include "dynamics/dynamics.h"
 #include "evaluate/evaluate.h"
 #include "integrator/integrator.h"
+#include "kinetree/algebra.h"
 #include "kinetree/loop.h"
 #include "linear/cholesky.h"
 #include "model/switching.h"
@@ -412,4 +413,20 @@ kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at
     if (status == KT_OK)
         kt_contacts_share_load(c, model, c->reaction);
     return status;
+}
+
+int kt_contact_friction_line(const struct kt_contacts *c, int i) {
+    for (int k = c->resting; k < c->touching; k++)
+        if (c->list[k] == c->item[c->list[i]].of)
+            return k;
+    return -1;
+}
+
+double kt_contact_slip_speed(const struct kt_contacts *c, int i) {
+    const int line = kt_contact_friction_line(c, i);
+    return line >= 0 ? kt_hypot(c->u[line], c->u[line + 1]) : 0.0;
+}
+
+bool kt_contact_row_slips(const struct kt_contacts *c, int i) {
+    return c->item[c->list[i]].of >= 0 && kt_contact_slip_speed(c, i) > c->rest_rate[c->item[c->list[i]].of];
 }
