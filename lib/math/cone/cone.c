@@ -33,8 +33,9 @@ static bool stick_item(const double *w, const double *q, double mu, double low, 
     return true;
 }
 
-/* Moves x of item i towards the solution of its own problem u = w x + q, by steps of projection: along the rates,
- * divided by the diagonal of w, and back to the set of forces (Alart and Curnier's function is their fixed point). */
+/* Moves x of item i towards the solution of its own problem u = w x + q, with steps of projection. A step goes along
+ * the rates, divided by the diagonal of w, and then back to the set of forces. Where Alart and Curnier's function
+ * vanishes, the step is zero. */
 static void solve_item(const kt_cone *cone, int i, const double *w, const double *q, double *x) {
     const double limit = cone->limit[i], across = w[4] + w[8], mu = limit >= 0.0 ? 0.0 : cone->mu[i];
     const double low = limit >= 0.0 ? -limit : cone->least[i], high = limit >= 0.0 ? limit : (double)INFINITY;

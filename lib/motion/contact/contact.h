@@ -440,8 +440,8 @@ double kt_contact_slip_along(const kt_model *model, const kt_data *data, const k
 void kt_contacts_put_directions(kt_simulation *simulation);
 /* Whether steps are fixed, and too long to resolve the turning of slip that friction changes at this rate, m/s^2. */
 bool kt_contacts_is_unresolved(const kt_simulation *simulation, double most);
-/* Return the largest tau of slip of this speed, for reactions at an instant (slip_prediction.c): with the present
- * steps, and with adaptive ones. most: the rate at which friction changes slip, m/s^2. */
+/* Return the largest tau of slip of this speed, for reactions at an instant (slip_prediction.c). The second function
+ * assumes adaptive steps. most: the rate at which friction changes slip, m/s^2. */
 double kt_contacts_prediction_time(const kt_simulation *simulation, double speed, double most);
 double kt_contacts_adaptive_time(const kt_simulation *simulation, double speed);
 /* Renews the direction of slip that has reversed in the present state. When slip begins, rounding may leave a small

@@ -125,7 +125,7 @@ static double own_speed_of(const kt_simulation *simulation) {
     return time > 0.0 ? simulation->contacts->all->length / time : 0.0;
 }
 
-/* tau0 and s0 of predictions with adaptive steps, as parts of the own time and of the own speed: with r, which is 1 for
+/* tau0 and s0 of predictions with adaptive steps, as parts of the own time and of the own speed. The factor r is 1 for
  * fixed steps (evaluate/slip_prediction.c). */
 static double part_of_predictions(const kt_simulation *simulation) {
     const double own = own_speed_of(simulation);

@@ -90,8 +90,8 @@ static kt_status solve_forces_of_island(kt_simulation *simulation, double t, boo
     return KT_OK;
 }
 
-/* Solves contact forces of all islands, from the accelerations without contacts in c->a. again: impulses have stopped
- * slip at this instant, and may not do so again. */
+/* Solves contact forces of all islands, from the accelerations without contacts in c->a. If impulses have stopped slip
+ * at this instant (`again`), no others may do so. */
 static kt_status solve_islands(kt_simulation *simulation, double t, bool again, double *lost, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_status status = KT_OK;

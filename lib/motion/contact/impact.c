@@ -149,8 +149,8 @@ static double rate_before(const kt_simulation *simulation, int line) {
 }
 
 /* Adds the impulses of compression to those of expansion. Returns the energy that both phases
- * dissipate, -sum p (u- + u+) / 2. *size: sum |p u| / 2, to which rounding of this energy is relative, with the rates
- * before the impact; if drives struck, the rates behind the jump of drives. */
+ * dissipate, -sum p (u- + u+) / 2. The rates u- are those before the impact, or behind the jump if drives struck.
+ * Rounding of this energy is relative to *size, sum |p u| / 2. */
 static double loss_of(const kt_simulation *simulation, double *size) {
     const struct kt_contacts *c = simulation->contacts;
     double lost = 0.0;

@@ -39,8 +39,8 @@ static double relative_rate(const struct kt_contacts *c, int i, const double *v)
     return kt_contacts_rate(c, c->list[i], c->component[i], v) / c->item[c->list[i]].unit;
 }
 
-/* Returns the contact that closes fastest. If a model is given, only contacts take part that it closes with equations
- * of group g. *speed: the speed of this contact relative to its unit, at least 0. */
+/* Returns the contact that closes fastest. If a model is given, only its closed contacts with equations of group g take
+ * part. *speed: the speed of this contact relative to its unit, at least 0. */
 static int find_fastest(struct kt_contacts *c, const kt_model *model, size_t g, const double *v, double *speed) {
     int fastest = 0;
     *speed = 0.0;

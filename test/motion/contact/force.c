@@ -14,7 +14,7 @@
 enum { CORNERS = 4 };
 static const double g = 9.81, mass = 2.0, height = 0.1, inertia[3] = {0.02, 0.05, 0.06};
 
-/* A box on four corners, which slides, sticks or flies, on the plane z = 0 or on a table that moves. step: of fixed
+/* A box on four corners slides, sticks or flies. It lies on the plane z = 0 or on a table that moves. step: of fixed
  * steps; 0: steps are adaptive. */
 static kt_simulation *start_box(kt_random *random, double friction, double speed, double step, const char *law,
                                 kt_parsed *m) {

@@ -565,7 +565,7 @@ KT_TEST(twins_that_were_mended_move_alike) {
 }
 /* A body on two feet whose friction ends at once, on a box that slips slowly. Forces at an instant and in the step
  * behind it must predict the same slip. Otherwise feet begin to slip and stick in turns, or corners of the box open and
- * close: 2,225 times in a step, since the instant assumed no fading of slip without a predicted growth. */
+ * close. They did so 2,225 times in a step, because the instant let no slip fade whose growth had no prediction. */
 KT_TEST(slip_that_begins_and_ends_in_turns_ends_within_a_step) {
     static scene s;
     static motion m;
