@@ -40,7 +40,9 @@
  * and x = |s| / s0, the rate is at most 1 / (h ((1 - x)^2 + x)) <= 4 / (3 h). The velocity is off by h s0 times the
  * rate at which e turns, of order h^2. Straight slip has no error. A prediction shows whether slip grows,
  * e . (s + tau s') >= |s|. If slip does not grow, tau = h would reverse friction before slip ends, and the error would
- * be of order h. With a > 0 the deceleration in the present direction, the prediction is then repeated with
+ * be of order h. At stages behind the end of slip, s . d < 0, e is on the side of d (slip.c), and |s| e replaces s.
+ * Otherwise slip would grow in reverse at such a stage, and friction would jump where slip ends. With a > 0 the
+ * deceleration in the present direction, the prediction is then repeated with
  *
  *     tau <= |s| / (2 a) min(1, 9 - 10 a / A)
  *
@@ -193,6 +195,12 @@ static kt_slip_fate fate_of_slip(const kt_data *data, const kt_slip_problem *p, 
                           .friction = p->wide && is_unresolved(data, index) ? of[1] / of[0] : HUGE_VAL};
 }
 
+/* The speed of slip of a contact in predictions. */
+static double size_of_slip(const kt_data *data, size_t index) {
+    const double *s = data->slip_velocity + 2 * index;
+    return kt_hypot(s[0], s[1]) + data->still_slip;
+}
+
 /* Sets the problem of the prediction, from the present directions e = s / |s|: the rates b of slow slip receive s /
  * tau, so that a solution has the rates u = s' + s / tau. *holds: friction can hold all slow contacts. */
 static void predict_directions(const kt_data *data, kt_slip_problem *p, bool *holds) {
@@ -206,8 +214,7 @@ static void predict_directions(const kt_data *data, kt_slip_problem *p, bool *ho
     }
     for (int k = 0; k < c->n; k++) {
         const size_t index = kt_slip_index(p, (size_t)k);
-        const double *s = data->slip_velocity + 2 * index, size = kt_hypot(s[0], s[1]) + data->still_slip,
-                     tau = p->tau[index];
+        const double size = size_of_slip(data, index), tau = p->tau[index];
         p->predicted[index] = tau > 0.0;
         c->item[k].type = tau > 0.0 ? KT_COULOMB_CONE : KT_COULOMB_SLIPS;
         for (int i = 0; i < 2 && tau > 0.0; i++)
@@ -240,19 +247,19 @@ static bool solve_prediction(size_t n, kt_slip_problem *p) {
 }
 
 /* Finds slip that does not grow, e . (s + tau s') < |s|, although the prediction assumed growth. Returns whether the
- * number of such contacts has grown. The rates of the solution are u = s / tau + s' (predict_directions), and
- * e = s / |s|. If friction `holds` all slow contacts, tau of resolved slip was limited already. If no solution was
- * `found`, all slip that may fade counts as fading, since a smaller tau may have a solution. */
+ * number of such contacts has grown. The rates of the solution are u = |s| e / tau + s' (predict_directions), where e
+ * is the present direction. If friction `holds` all slow contacts, tau of resolved slip was limited already. If no
+ * solution was `found`, all slip that may fade counts as fading, since a smaller tau may have a solution. */
 static bool find_fading(const kt_data *data, kt_slip_problem *p, bool holds, bool found) {
     bool any = false;
     for (int i = 0; i < p->c->n; i++) {
         const size_t index = kt_slip_index(p, (size_t)i);
-        const double *s = data->slip_velocity + 2 * index, *u = p->to.u + p->c->item[i].across, tau = p->tau[index];
+        const double *e = data->slip_direction + 2 * index, *u = p->to.u + p->c->item[i].across;
         const bool may_fade =
             is_unresolved(data, index) ? largest_prediction_time(data, p, index) > 0.0 : p->predicted[index] && !holds;
         if (p->fades[index] || !may_fade)
             continue;
-        p->fades[index] = !found || tau * (s[0] * u[0] + s[1] * u[1]) < s[0] * s[0] + s[1] * s[1];
+        p->fades[index] = !found || p->tau[index] * (e[0] * u[0] + e[1] * u[1]) < size_of_slip(data, index);
         any = any || p->fades[index];
     }
     return any;

@@ -547,6 +547,8 @@ static const struct found {
     {3, 4, "no step resolved the end of slip, next to the rounding of time", in_time, "dopri5", false, false, latest},
     {15, 4, "turns of slip counted for later slip, behind a rest", in_time, "rk4", true, false, late},
     {45, 10, "slip began in a direction of rounding of the time", in_time, "rk4", true, false, late},
+    {2003, 10, "a stage behind the end of slip had the opposite friction", in_time, "rk4", true, false, late},
+    {2013, 1, "such a stage left slip that ended twice", in_time, "rk4", true, false, late},
 };
 
 KT_TEST(twins_that_were_mended_move_alike) {
