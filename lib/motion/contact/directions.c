@@ -250,8 +250,7 @@ bool kt_contacts_follow_slip(kt_simulation *simulation) {
 
 /* Whether a contact, or friction, has left at the time t. */
 static bool has_left_at(const kt_contact_memory *memory, double t) {
-    static const double instant = 64.0 * DBL_EPSILON;
-    return fabs(t - memory->left_at) <= instant * fabs(t);
+    return fabs(t - memory->left_at) <= kt_time_step(t);
 }
 
 bool kt_contact_leaves(kt_simulation *simulation, int k, bool due) {

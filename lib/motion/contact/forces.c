@@ -8,13 +8,11 @@
 #include "kinetree/mechanism.h"
 #include "model/switching.h"
 
-#include <float.h>
 #include <math.h>
 
 /* Raises the rates of rest of friction: an event that ends slip is found up to some roundings of the time, within which
  * forces change the rate. Returns whether friction slips forwards from now on that slipped backwards. */
 static bool raise_rates_of_rest(kt_simulation *simulation, double t) {
-    static const double roundings = 64.0 * DBL_EPSILON;
     struct kt_contacts *c = simulation->contacts;
     bool changes = false;
     for (int k = 0; k < c->islands; k++) {
@@ -26,7 +24,7 @@ static bool raise_rates_of_rest(kt_simulation *simulation, double t) {
             (void)kt_contact_acceleration(c, i, &size);
             if (is_dry)
                 size = fmax(size, kt_contacts_own(c, i) * kt_contact_limit(simulation->model, item));
-            *resting = fmax(*resting, roundings * fabs(t) * size);
+            *resting = fmax(*resting, kt_time_step(t) * size);
             changes = changes || (is_dry && item->next == KT_CONTACT_BACK && c->v[item->v] >= -*resting);
         }
     }

@@ -20,7 +20,6 @@
 #include "integrator/integrator.h"
 #include "model/switching.h"
 
-#include <float.h>
 #include <math.h>
 
 /* The largest rate of an item, in units per s. The two rates of slip are those of one item. */
@@ -42,7 +41,6 @@ kt_status kt_contacts_find_speed(kt_simulation *simulation, const kt_model *open
 }
 
 kt_status kt_contacts_find_own_time(kt_simulation *simulation, const kt_model *open, const double *q, kt_error *error) {
-    static const double roundings = 64.0 * DBL_EPSILON; /* of the time of an event, as in event.c */
     const struct kt_contacts *c = simulation->contacts;
     kt_simulation_memory *memory = &simulation->memory;
     double norm;
@@ -50,7 +48,7 @@ kt_status kt_contacts_find_own_time(kt_simulation *simulation, const kt_model *o
     if (status != KT_OK)
         return status;
     const double time = fmin(sqrt(norm / c->change), 1.0 / c->fastest);
-    const double rounding = roundings * fabs(kt_integrator_time(simulation->integrator));
+    const double rounding = kt_time_step(kt_integrator_time(simulation->integrator));
     memory->own_time = isfinite(time) ? time : 0.0;
     memory->slip_noise = norm > 0.0 ? rounding * c->all->length * c->change / norm : 0.0;
     return KT_OK;

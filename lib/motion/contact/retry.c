@@ -27,7 +27,7 @@ enum { MOST = 10000 };
 
 /* The shortest step, which is as long as an instant of events, s. */
 static double shortest_step_at(const kt_simulation *simulation, double t) {
-    return fmax(kt_simulation_instant(simulation), 64.0 * DBL_EPSILON * fabs(t));
+    return fmax(kt_simulation_instant(simulation), kt_time_step(t));
 }
 
 /* Each try of a step that failed is shorter by this factor. Each later step is longer by at most this factor. */

@@ -225,7 +225,6 @@ double kt_contact_unresolved(const kt_simulation *simulation, int k) {
 /* A bounce at the speed u against the acceleration w has the height u^2 / 2 w and the duration 2 u / w. A bounce does
  * not exist if its height is below some roundings of the gap, or its duration below some roundings of the time. */
 double kt_contact_rest(const kt_simulation *simulation, int k) {
-    static const double instant = 16.0 * DBL_EPSILON; /* roundings of the time */
     const struct kt_contacts *c = simulation->contacts;
     const double slowest = kt_contact_loop(simulation, k)->rest_velocity;
     if (c->rests && slowest > 0.0)
@@ -234,7 +233,7 @@ double kt_contact_rest(const kt_simulation *simulation, int k) {
     double size;
     const double w = fmax(-kt_contact_acceleration(c, k, &size), 0.0);
     const double height = sqrt(2.0 * w * rounding_of_gap(simulation, k));
-    const double flight = 0.5 * w * fmax(instant * fabs(t), kt_simulation_instant(simulation));
+    const double flight = 0.5 * w * fmax(4.0 * kt_time_width(t), kt_simulation_instant(simulation));
     return fmax(slowest, fmax(height, flight));
 }
 

@@ -36,7 +36,6 @@
 #include "integrator/integrator.h"
 #include "simulation/event_root.h"
 
-#include <float.h>
 #include <limits.h>
 #include <math.h>
 #include <string.h>
@@ -48,10 +47,9 @@ _Static_assert((REPETITIONS + 1) * KT_EVENT_AT_LEAST + 2 <= KT_EVENT_EVALUATIONS
 /* The largest turn of a joint in a panel, by the rates at both ends of the step. */
 static const double half_turn = 3.14159265358979323846;
 
-/* The shortest step that the search for roots takes, s. A root is enclosed to 4 roundings of the time
- * (kt_event_least_width), so that 16 such enclosures lie within the shortest step. */
+/* The shortest step that the search for roots takes, s. */
 static double shortest_event_step(const kt_simulation *simulation, double t) {
-    return 64.0 * DBL_EPSILON * kt_event_extent_of_times(simulation, t);
+    return kt_time_step(kt_event_extent_of_times(simulation, t));
 }
 
 /* If the step was to end at a root, values below this part of the largest along the step are the root. */

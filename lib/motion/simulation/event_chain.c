@@ -23,7 +23,6 @@
 #include "simulation/event_root.h"
 #include "simulation/simulation.h"
 
-#include <float.h>
 #include <math.h>
 
 static const double at_once = 1e-9, soon = 1e-4;
@@ -95,7 +94,7 @@ static bool has_no_end(const kt_simulation *simulation, size_t k, double t, doub
     const double left = d * r / (1.0 - r);
     const bool is_row = memory->event_row >= IN_A_ROW;
     /* An interval within the rounding of t has no meaningful ratio to others. */
-    const bool has_ratio = d > 8.0 * DBL_EPSILON * fabs(t);
+    const bool has_ratio = d > kt_time_together(t);
     const bool is_close = memory->event_shrinking >= SHRINKING && (d <= short_interval || left <= at_once * lasts);
     const bool is_near = memory->event_shrinking >= SHRINKING / 2 && left <= soon * lasts && is_crowded(simulation, k);
     *window = is_row ? IN_A_ROW * short_interval : MARGIN * left;

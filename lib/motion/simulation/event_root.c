@@ -26,7 +26,7 @@ double kt_event_extent_of_times(const kt_simulation *simulation, double t) {
 }
 
 double kt_event_least_width(const kt_simulation *simulation, double t) {
-    return 4.0 * DBL_EPSILON * kt_event_extent_of_times(simulation, t);
+    return kt_time_width(kt_event_extent_of_times(simulation, t));
 }
 
 /* ---- the function ------------------------------------------------------------------------------------------------ */

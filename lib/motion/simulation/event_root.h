@@ -6,7 +6,6 @@
 #include "algebra/elementary.h"
 #include "simulation/simulation.h"
 
-#include <float.h>
 #include <math.h>
 
 /* Samples of a panel. The last row of values belongs to the beginning of the step. */
@@ -15,9 +14,9 @@ enum { KT_EVENT_SAMPLES = KT_EVENT_VALUES - 1 };
 /* Values that the search of a panel takes in any case: of its samples, and of a root. */
 enum { KT_EVENT_ROOT_STEPS = 128, KT_EVENT_AT_LEAST = KT_EVENT_SAMPLES - 1 + KT_EVENT_ROOT_STEPS };
 
-/* Roots within eight units of rounding of the time, or as near as rounding of positions hides, are one instant. */
+/* Roots as near as rounding of the time, or of positions, hides are one instant. */
 KT_INLINE double kt_event_together(const kt_simulation *simulation, double t) {
-    return fmax(kt_simulation_instant(simulation), 8.0 * DBL_EPSILON * fabs(t));
+    return fmax(kt_simulation_instant(simulation), kt_time_together(t));
 }
 
 /* The size to which rounding of times in a step is relative. A step from t = 0 would shrink without end towards a root

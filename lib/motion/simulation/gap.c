@@ -34,7 +34,6 @@
 #include "base/where.h"
 #include "integrator/integrator.h"
 
-#include <float.h>
 #include <math.h>
 
 /* The most halvings of a step, and the most evaluations within a step for one effect. If a path remains at a boundary
@@ -284,7 +283,7 @@ static KT_BY_ITSELF kt_verdict reject_near_leap(kt_simulation *simulation, doubl
     double when;
     if (leaps(simulation, &when)) {
         const double t0 = kt_integrator_previous_time(integrator);
-        if (when - t0 > 64.0 * DBL_EPSILON * fabs(when)) {
+        if (when - t0 > kt_time_step(when)) {
             *t_limit = when;
             kt_integrator_retreat(integrator, when - t0);
             return KT_VERDICT_REPEAT;

@@ -205,7 +205,7 @@ double kt_simulation_next_feature(kt_simulation *simulation, const kt_expression
 /* ---- of a step --------------------------------------------------------------------------------------------------- */
 
 /* Times this close to each other count as equal, because rounding would hide a step between them. */
-static double margin_at(double t) { return isfinite(t) ? 64.0 * DBL_EPSILON * fabs(t) : 0.0; }
+static double margin_at(double t) { return isfinite(t) ? kt_time_step(t) : 0.0; }
 
 /* The distance from a jump at which the limits on its sides are evaluated. */
 static double aside(const kt_simulation *simulation, double t) {

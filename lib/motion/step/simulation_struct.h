@@ -11,6 +11,7 @@
 #include "step/phases.h"
 #include "step/simulation_parts.h"
 
+#include <float.h>
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
@@ -154,6 +155,15 @@ static inline size_t kt_simulation_block_size(const kt_simulation_sizes *size) {
     KT_SIMULATION_STATE(KT_ARENA_MEASURE)
     return used;
 }
+
+/* Rounding of times. Every limit of times, and every speed that belongs to one, is one of these three:
+ *
+ *     kt_time_width       the width to which the root of an event is enclosed at the time t, 4 units of rounding
+ *     kt_time_together    roots of one state lie within two such widths of each other
+ *     kt_time_step        no step is shorter than 16 such widths */
+static inline double kt_time_width(double t) { return 4.0 * DBL_EPSILON * fabs(t); }
+static inline double kt_time_together(double t) { return 2.0 * kt_time_width(t); }
+static inline double kt_time_step(double t) { return 16.0 * kt_time_width(t); }
 
 /* Times that are as near as this are one instant, s: rounding of positions hides their order. */
 static inline double kt_simulation_instant(const kt_simulation *simulation) {

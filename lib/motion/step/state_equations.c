@@ -301,7 +301,7 @@ static void begin_passage(void *user) {
 /* Friction of hard contacts jumps where slip ends or turns. An event there is found up to an instant (event.c). */
 static double instant_of_slip(double t, void *user) {
     const kt_simulation *simulation = user;
-    return simulation->model->n.slip > 0 ? 64.0 * DBL_EPSILON * fabs(t) : 0.0;
+    return simulation->model->n.slip > 0 ? kt_time_step(t) : 0.0;
 }
 
 const struct kt_noise kt_simulation_noise = {begin_passage, acceleration_noise_within, instant_of_slip};
