@@ -194,7 +194,7 @@ static kt_coulomb *find_clamped(kt_simulation *simulation, double *energy) {
  * (evaluate/slip.c). In these directions, reactions have no bound. Friction that is larger by the part `excess` turns
  * slip a little farther, so that 1 - G is about `excess` times its size, and reactions are finite. */
 static kt_coulomb *find_jam(kt_simulation *simulation, double *energy) {
-    static const double excess[] = {1e-2, 1e-1, 1.0};
+    static const double excess[] = {1e-2, 1.0};
     struct kt_contacts *c = simulation->contacts;
     kt_coulomb *p = c->jams ? NULL : find_clamped(simulation, energy);
     if (p != NULL)
@@ -280,21 +280,21 @@ static void add_dry(kt_coulomb *p, const kt_simulation *simulation, int line, bo
     item->rejected = leaving && friction->leaves ? 1U << KT_COULOMB_STICK : 0;
 }
 
-/* Sets the rows that take part, and their accelerations without reactions. In attempt 0, contacts that leave have no
- * reaction, and friction that leaves does not stick. In attempt 1, leaving contacts may stay, since forces have been
- * redistributed. In attempt 2, contacts that part more slowly than their rest velocity are left out, too. Corners of a
- * body that part at different speeds cannot always rest together, since their rates are not those of rest. */
-static kt_coulomb *set_problem(const kt_simulation *simulation, int attempt) {
+/* Sets the rows that take part, and their accelerations without reactions. At first, contacts that leave have no
+ * reaction, and friction that leaves does not stick. If this has no solution, the problem is set `again`: leaving
+ * contacts may stay, since forces have been redistributed, and contacts that part more slowly than their rest velocity
+ * are left out. Corners of a body that part at different speeds cannot always rest together, since their rates are not
+ * those of rest. */
+static kt_coulomb *set_problem(const kt_simulation *simulation, bool again) {
     struct kt_contacts *c = simulation->contacts;
     double size;
     kt_coulomb *p = begin_coulomb(c);
     for (int i = 0; i < c->resting; i++) {
         (void)kt_contact_rate(c, i, &size);
         if (i >= c->meeting && fabs(c->v[c->item[c->list[i]].v]) <= c->rest_rate[c->list[i]])
-            add_dry(p, simulation, i, attempt == 0);
-        else if (i < c->meeting &&
-                 c->u[i] <= fmax(attempt == 2 ? 0.0 : kt_contact_rest(simulation, i), rounding * size))
-            add_coulomb_contact(p, simulation, i, attempt == 0);
+            add_dry(p, simulation, i, !again);
+        else if (i < c->meeting && c->u[i] <= fmax(again ? 0.0 : kt_contact_rest(simulation, i), rounding * size))
+            add_coulomb_contact(p, simulation, i, !again);
     }
     for (int k = 0; k < p->n; k++) {
         kt_coulomb_item *item = &p->item[k];
@@ -392,9 +392,9 @@ static bool any_comes_to_rest(const struct kt_contacts *c) {
 }
 
 /* Solves the problem of set_problem. Returns whether there is a solution. */
-static bool solve_problem(kt_simulation *simulation, int attempt) {
+static bool solve_problem(kt_simulation *simulation, bool again) {
     struct kt_contacts *c = simulation->contacts;
-    return kt_coulomb_solve(set_problem(simulation, attempt), c->solver, true, c->solution,
+    return kt_coulomb_solve(set_problem(simulation, again), c->solver, true, c->solution,
                             &simulation->memory.contacts.pivots);
 }
 
@@ -487,16 +487,16 @@ static int count_beginning(const struct kt_contacts *c) {
 /* Solves the problem with the predictions of steps, from a solution in present directions. Returns false if this has no
  * solution. A contact may stick that begins to slip in present directions. This is no solution either, because steps in
  * which the contact sticks predict less slip, and would let it slip again. */
-static bool solve_predicted(kt_simulation *simulation, int attempt) {
+static bool solve_predicted(kt_simulation *simulation, bool again) {
     struct kt_contacts *c = simulation->contacts;
     const int begin = count_beginning(c);
     const double most = find_friction_rate(simulation);
     if (!kt_coulomb_fits(c->problem, c->solution) || !hold_slow_items(simulation, most, c->solver->other))
         return true;
     limit_prediction_times(simulation, most, c->solver->other);
-    bool found = solve_problem(simulation, attempt);
+    bool found = solve_problem(simulation, again);
     for (int i = 0; found && i < PREDICTIONS && find_fading_slip(c); i++)
-        found = solve_problem(simulation, attempt);
+        found = solve_problem(simulation, again);
     return found && count_beginning(c) >= begin;
 }
 
@@ -504,23 +504,22 @@ static bool solve_predicted(kt_simulation *simulation, int attempt) {
  * predict. If there is no solution in predicted directions, present directions are used. In the solution, slow slip
  * that may stop is at rest. If friction holds none of this slip, slip continues in its present directions. The
  * directions in which slip would begin from rest are no substitute: they may have other reactions, and press other
- * contacts. If the present directions have no solution either, the solve before is repeated, whose problem and solution
- * the caller uses. attempt: as in set_problem. */
-static bool solve_attempt(kt_simulation *simulation, int attempt) {
+ * contacts. again: as in set_problem. */
+static bool solve_attempt(kt_simulation *simulation, bool again) {
     struct kt_contacts *c = simulation->contacts;
     const bool stops = c->stops;
     kt_clear(c->ahead, (size_t)c->resting * sizeof *c->ahead);
-    bool found = solve_problem(simulation, attempt);
-    if (found && !solve_predicted(simulation, attempt)) {
+    bool found = solve_problem(simulation, again);
+    if (found && !solve_predicted(simulation, again)) {
         kt_clear(c->ahead, (size_t)c->resting * sizeof *c->ahead);
-        found = solve_problem(simulation, attempt);
+        found = solve_problem(simulation, again);
     }
     if (!found || !stops || any_comes_to_rest(c))
         return found;
     c->stops = false;
-    found = solve_problem(simulation, attempt);
+    found = solve_problem(simulation, again);
     c->stops = stops;
-    return found || solve_problem(simulation, attempt);
+    return found;
 }
 
 /* Counts a solution that is one of several motions. */
@@ -550,11 +549,10 @@ static void hold_slow_slip(kt_simulation *simulation) {
 kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     kt_contact_counts *counts = &simulation->memory.contacts;
-    bool found = false;
     if (c->holds_slow)
         hold_slow_slip(simulation);
-    for (int attempt = 0; attempt < 3 && !found; attempt++)
-        found = solve_attempt(simulation, attempt) && !closes_released(c);
+    bool found = solve_attempt(simulation, false) && !closes_released(c);
+    found = found || (solve_attempt(simulation, true) && !closes_released(c));
     if (!found)
         return kt_contacts_reject(simulation, t, "reactions", error);
     if (c->solution->count > 1)
