@@ -46,13 +46,18 @@
 static const double wedged = 1e-3;
 /* ---- forces ------------------------------------------------------------------------------------------------------ */
 
-/* The slip velocity s on the side of the direction d in which slip began. Its part across d counts from `still` on. */
+/* The slip velocity s on the side of the direction d in which slip began. Its part across d counts from `still` on:
+ *
+ *     along -> sqrt(along^2 + still^2),   across -> across - still^2 / across
+ *
+ * Far beyond `still`, both changes vanish. A part that is `still` shorter at any speed would turn all friction, and not
+ * only friction next to rest. */
 static void restrict_to_half_plane_of_slip(const double s[2], const double d[2], double still, double *x, double *y) {
     const double along = s[0] * d[0] + s[1] * d[1], across = d[0] * s[1] - d[1] * s[0];
-    const double beyond = fabs(across) > still ? fabs(across) - still : 0.0;
-    const double side = copysign(beyond, along < 0.0 ? -across : across);
-    *x = (fabs(along) + still) * d[0] - side * d[1];
-    *y = (fabs(along) + still) * d[1] + side * d[0];
+    const double beyond = fabs(across) > still ? fabs(across) - still * (still / fabs(across)) : 0.0;
+    const double forwards = kt_hypot(along, still), side = copysign(beyond, along < 0.0 ? -across : across);
+    *x = forwards * d[0] - side * d[1];
+    *y = forwards * d[1] + side * d[0];
 }
 
 /* Finds e from the slip velocity and the direction in which slip began, d; 0 if both are 0. */

@@ -11,8 +11,8 @@
  * the joints are not. A rate is rest if the mechanism moves by less than a part `kt_slip_rest` of its size within T.
  * Without forces and rates nothing moves, and T counts as unknown: only zero rates are rest.
  *
- * Rounding of a time t changes rates by accelerations: by about |a| / |x| of their unit times the rounding of t. This
- * error does not grow with the rates, as 1 / T^2 does. */
+ * Rounding of a time t changes rates by accelerations: by about |a| / |x| of their unit times the distance of roots
+ * that are one instant (kt_time_together). This error does not grow with the rates, as 1 / T^2 does. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "contact/contact.h"
 
@@ -48,7 +48,7 @@ kt_status kt_contacts_find_own_time(kt_simulation *simulation, const kt_model *o
     if (status != KT_OK)
         return status;
     const double time = fmin(sqrt(norm / c->change), 1.0 / c->fastest);
-    const double rounding = kt_time_step(kt_integrator_time(simulation->integrator));
+    const double rounding = kt_time_together(kt_integrator_time(simulation->integrator));
     memory->own_time = isfinite(time) ? time : 0.0;
     memory->slip_noise = norm > 0.0 ? rounding * c->all->length * c->change / norm : 0.0;
     return KT_OK;

@@ -549,6 +549,8 @@ static const struct found {
     {45, 10, "slip began in a direction of rounding of the time", in_time, "rk4", true, false, late},
     {2003, 10, "a stage behind the end of slip had the opposite friction", in_time, "rk4", true, false, late},
     {2013, 1, "such a stage left slip that ended twice", in_time, "rk4", true, false, late},
+    {2014, 5, "rounding of the time turned friction of fast slip", in_time, "rk4", true, false, late},
+    {3022, 10, "it turned friction of slow slip by a tenth", in_time, "rk4", true, false, late},
 };
 
 KT_TEST(twins_that_were_mended_move_alike) {
