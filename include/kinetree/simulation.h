@@ -102,15 +102,15 @@ typedef struct kt_simulation_options {
     uint64_t step_evaluations; /* the number of evaluations of the accelerations that a fixed step (kt_run.step) on hard
                                   contacts may take, all its parts together; 0: no limit. If a step would take more,
                                   one time step of contact: steps completes it, with an error of the first order, and
-                                  kt_contact_counts.completed counts it. For steps that kt_simulation_step,
-                                  kt_simulation_advance and kt_simulation_tick take, with contact: events. At least
-                                  5 more than the stages of the method; 69 for an implicit method */
+                                  kt_contact_counts.completed counts it. So does a step that fails. With contact:
+                                  events. At least 5 more than the stages of the method; 69 for an implicit method */
 } kt_simulation_options;
 
-/* Limits of kt_simulation_options.event_evaluations. */
+/* Limits of kt_simulation_options.event_evaluations and step_evaluations. */
 enum {
-    KT_EVENT_EVALUATIONS = 4096,      /* the default */
-    KT_EVENT_EVALUATIONS_LEAST = 1200 /* the least: nine repetitions of a step, each with 128 values for a root */
+    KT_EVENT_EVALUATIONS = 4096,       /* the default */
+    KT_EVENT_EVALUATIONS_LEAST = 1200, /* the least: nine repetitions of a step, each with 128 values for a root */
+    KT_STEP_EVALUATIONS = 10000 /* in runs by the command: eight times the longest step of tests without a limit */
 };
 
 /* Returns options that are zero except for their size: the engine's own equations and projection, no limits. */
@@ -445,7 +445,9 @@ typedef struct kt_contact_counts {
     double dropped;     /* m/s: 100,000 impacts at one instant did not lose this speed, which contacts then removed; a
                            stop turns a body at the mechanism's length; 0: none */
     uint64_t completed; /* fixed steps that a time step completed (kt_simulation_options.step_evaluations) */
-    int undecided_loop; /* one of its contacts: its loop in the simulation's model (kt_loop_name) */
+    uint64_t mean_records; /* records of kt_simulation_run within such a time step, or at its end: forces are means */
+    double completed_time; /* s, at which the first of these time steps began; 0: none */
+    int undecided_loop;    /* one of its contacts: its loop in the simulation's model (kt_loop_name) */
 } kt_contact_counts;
 
 /* Finds the force of a contact in the present state (kt_record_contact), after kt_simulation_sense.

@@ -36,8 +36,8 @@ class Simulation(Clock, Events, Fixed):  # type: ignore[misc]
     duration, integrator, tolerance, sensors
         As `Scene.simulation`.
     step_evaluations : int
-        The most evaluations of a fixed step on hard contacts: a time step completes a step that would take more, and `counts` has
-        the number of such steps as ``completed``. Default: no limit.
+        The most evaluations of a fixed step on hard contacts: a time step completes a step that would take more, or that fails, and
+        `counts` has the number of such steps as ``completed``. Default: no limit. `Scene.run` has the limit 10,000.
 
     Attributes
     ----------

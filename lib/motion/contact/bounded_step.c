@@ -12,9 +12,10 @@
  * and its error is of the first order in its length. A try that fails, and that no shorter try replaces, is also
  * replaced by a time step. Events of the caller are found within a time step. Each of them divides the time step.
  *
- * At the end of the step, contacts are resolved as after an impact, and are events again. If contacts cannot be
- * resolved, because a time step left one deeper than events allow, the next step is a time step, too. This holds at the
- * instant of an impact, too. The counts have the number of time steps (kt_contact_counts.completed). */
+ * Records within a time step and at its end are those of time stepping (moreau_record.c): forces are means over it.
+ * Behind them, contacts are resolved at the end of the step as after an impact, and are events again. If they cannot
+ * be resolved, because a time step left one deeper than events allow, the next step is a time step, too. This holds at
+ * the instant of an impact, too. The counts have the number of time steps (kt_contact_counts.completed). */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "contact/contact.h"
@@ -27,6 +28,9 @@
  * ends. The stages of the dense output count, too, because events are sought in it. An implicit method takes a number
  * of evaluations that depends on its iterations: usual tries have room, and a try that needs more is stopped. */
 enum { TIME_STEP = 3, ENDS = 2, IMPLICIT_TRY = 64 };
+
+/* kt_simulation_memory.leaps: steps are time steps; and the last one has ended, but contacts are not events yet. */
+enum { LEAPS = 1, ENDED = 2 };
 
 uint64_t kt_step_evaluations_least(const kt_method *method) {
     const int most = kt_method_family_of(method)->stages_max, stages = most > 0 ? most : method->stages;
@@ -54,24 +58,30 @@ static void switch_integrator(kt_simulation *simulation, bool leaps) {
     it->derivative_slot = leaps ? 0 : -1; /* a time step needs no slope */
 }
 
-/* From now on, steps are time steps. Memories of contacts as events end. */
-static void begin_leaps(kt_simulation *simulation) {
-    simulation->memory.leaps = simulation->steps_over_contacts = true;
+/* Lets the simulation take time steps. */
+static void take_leaps(kt_simulation *simulation) {
+    simulation->steps_over_contacts = true;
     kt_moreau_open(simulation);
-    for (size_t k = 0; k < simulation->contact_count; k++) {
-        kt_contact_memory *state = &simulation->contact_state[k];
-        kt_clear(state->force, sizeof state->force);
-        state->closes_at = state->opens_at = 0.0;
-        state->left_at = state->held = -HUGE_VAL;
-        simulation->event_root[k].due = false;
-    }
     switch_integrator(simulation, true);
     kt_parts_list(simulation);
 }
 
+/* From now on, steps are time steps. Memories of contacts as events end. Forces of a time step before remain. */
+static void begin_leaps(kt_simulation *simulation) {
+    simulation->memory.leaps = LEAPS;
+    for (size_t k = 0; k < simulation->contact_count; k++) {
+        kt_contact_memory *state = &simulation->contact_state[k];
+        state->closes_at = state->opens_at = 0.0;
+        state->left_at = state->held = -HUGE_VAL;
+        simulation->event_root[k].due = false;
+    }
+    take_leaps(simulation);
+}
+
 /* From now on, contacts are events again. */
 static void end_leaps(kt_simulation *simulation) {
-    simulation->memory.leaps = simulation->steps_over_contacts = false;
+    simulation->memory.leaps = 0;
+    simulation->steps_over_contacts = false;
     for (size_t k = 0; k < simulation->contact_count; k++)
         simulation->contact_state[k].counted = simulation->contact_state[k].closed;
     kt_parts_list(simulation);
@@ -149,17 +159,48 @@ static kt_status follow_time_step(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
-/* After a time step, contacts become events again if the state permits this. */
-static kt_status accept_bounded(kt_simulation *simulation, kt_error *error) {
+/* A time step does work that powers do not show. The estimate of works takes the change of the energy, which it does
+ * not judge. */
+static void account_time_step(kt_simulation *simulation) {
+    const kt_integrator *it = simulation->integrator;
+    kt_power_points *powers = &simulation->memory.powers;
+    kt_simulation_energy from, to;
     kt_error ignored;
+    powers->count = 0;
+    if (!simulation->works.watches || kt_simulation_find_energy(simulation, it->previous_y, &from, &ignored) != KT_OK ||
+        kt_simulation_find_energy(simulation, it->y, &to, &ignored) != KT_OK)
+        return;
+    const double lost = from.kinetic + from.potential - (to.kinetic + to.potential);
+    powers->sum[1].net += lost;
+    powers->sum[1].error += fabs(lost);
+}
+
+/* Counts a time step. */
+static kt_status accept_bounded(kt_simulation *simulation, kt_error *error) {
+    kt_contact_counts *counts = &simulation->memory.contacts;
     (void)error;
     if (!simulation->memory.leaps)
         return KT_OK;
-    simulation->memory.contacts.completed++;
+    account_time_step(simulation);
+    if (counts->completed++ == 0)
+        counts->completed_time = kt_integrator_previous_time(simulation->integrator);
+    simulation->memory.leaps = ENDED;
+    return KT_OK;
+}
+
+/* After a time step, contacts become events again if the state permits this. */
+static kt_status arrive_bounded(kt_simulation *simulation, kt_error *error) {
+    kt_error ignored;
+    (void)error;
+    if (simulation->memory.leaps != ENDED)
+        return KT_OK;
     end_leaps(simulation);
     if (follow_time_step(simulation, &ignored) != KT_OK) {
         simulation->memory.beyond = false;
         begin_leaps(simulation);
+    } else {
+        for (size_t k = 0; k < simulation->contact_count; k++)
+            kt_clear(simulation->contact_state[k].force, sizeof simulation->contact_state[k].force);
     }
     return KT_OK;
 }
@@ -169,7 +210,7 @@ static void resume_bounded(kt_simulation *simulation) {
     if (simulation->steps_over_contacts == (simulation->memory.leaps != 0))
         return;
     if (simulation->memory.leaps)
-        begin_leaps(simulation);
+        take_leaps(simulation);
     else
         end_leaps(simulation);
 }
@@ -178,6 +219,7 @@ const kt_part kt_bounded_step_part = {.is_active = is_bounded,
                                       .enter = enter_bounded,
                                       .prepare = prepare_bounded,
                                       .accept = accept_bounded,
+                                      .arrive = arrive_bounded,
                                       .retry = retry_bounded,
                                       .count = end_bounded,
                                       .resume = resume_bounded};

@@ -111,12 +111,13 @@ bool kt_contacts_have_reserves(const kt_simulation *simulation, double t) {
 
 /* ---- open contacts ----------------------------------------------------------------------------------------------- */
 
-/* Whether the contact touches and does not part, up to rounding. */
+/* Whether the contact touches and does not part, up to rounding. Behind a time step that has left it at a gap below
+ * zero, a contact that parts touches again at that gap (contact/bounded_step.c). */
 static bool is_touching(const kt_simulation *simulation, int k) {
     const struct kt_contacts *c = simulation->contacts;
+    const double gap = c->gap[k] - fmin(simulation->contact_state[k].closes_at, 0.0);
     const double *v = simulation->y + simulation->size.nq, T = simulation->memory.own_time, unit = c->item[k].unit;
-    return c->gap[k] <= touching * unit &&
-           kt_contacts_rate(c, k, 0, v) <= (T > 0.0 ? kt_contact_rounding * unit / T : 0.0);
+    return gap <= touching * unit && kt_contacts_rate(c, k, 0, v) <= (T > 0.0 ? kt_contact_rounding * unit / T : 0.0);
 }
 
 /* Signorini's law of open contacts: the gap is not negative, and if it is zero and does not grow, its acceleration is

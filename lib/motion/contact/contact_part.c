@@ -470,7 +470,7 @@ const kt_part kt_contact_part = {.is_active = has_contacts,
 kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
     const bool steps = simulation->steps_over_contacts, leaps = steps || simulation->options.step_evaluations > 0;
     kt_status status =
-        leaps ? kt_load_reject(simulation->model, "contacts", "time stepping does not support this", error) : KT_OK;
+        steps ? kt_load_reject(simulation->model, "contacts", "time stepping does not support this", error) : KT_OK;
     if (status == KT_OK)
         status = kt_contacts_lay_out(simulation, error);
     if (status != KT_OK)

@@ -60,7 +60,7 @@
     X(stopped, 0.0, (double)of->events.count)                                                                          \
     X(set, KT_BLOCK_ANY)                                                                                               \
     KT_MEMORY_EVENT_WORDS(X)                                                                                           \
-    X(leaps, 0.0, of->options.step_evaluations > 0)                                                                    \
+    X(leaps, 0.0, of->options.step_evaluations > 0 ? 2.0 : 0.0)                                                        \
     X(beyond, 0.0, kt_simulation_contact_events(of) > 0)                                                               \
     X(fires, 0.0, of->events.count > 0)
 
@@ -105,6 +105,8 @@
     X(step_grid, KT_BLOCK_ANY)                                                                                         \
     X(step_begun, KT_BLOCK_COUNT)                                                                                      \
     X(contacts.completed, KT_BLOCK_COUNT)                                                                              \
+    X(contacts.completed_time, KT_BLOCK_ANY)                                                                           \
+    X(contacts.mean_records, KT_BLOCK_COUNT)                                                                           \
     X(retries, KT_BLOCK_COUNT)                                                                                         \
     X(own_time, KT_BLOCK_ANY)                                                                                          \
     X(slip_noise, KT_BLOCK_ANY)                                                                                        \

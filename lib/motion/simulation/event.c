@@ -529,7 +529,8 @@ static kt_status fire(kt_simulation *simulation, size_t k, kt_recorder *recorder
         return status;
     root->due = root->recorded = false;
     status = apply_one_event(simulation, k, error);
-    if (status != KT_OK || simulation->events.time == t)
+    const bool awaits_step = k < simulation->contact_count && simulation->memory.leaps > 0; /* nothing changed */
+    if (status != KT_OK || simulation->events.time == t || awaits_step)
         return status;
     status = renew_sides(simulation, error); /* before the record: a checkpoint there holds them */
     return status == KT_OK ? hand_over_event(simulation, k, recorder, user, error) : status;

@@ -84,7 +84,8 @@ static kt_status check_step_evaluations(const kt_model *model, const kt_simulati
     if (!(settings->run.step > 0.0) || settings->options.contact != KT_CONTACT_EVENTS)
         return kt_error_set(error, KT_ERROR_ARGUMENT, "step_evaluations",
                             "it bounds fixed steps with contact: events; give a step, or leave it out");
-    return reject_poisson(model, error);
+    const kt_status status = kt_load_reject(model, "contacts", "time stepping does not support this", error);
+    return status == KT_OK ? reject_poisson(model, error) : status;
 }
 
 /* Rejects options that time stepping over contacts does not support. */

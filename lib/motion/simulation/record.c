@@ -232,6 +232,7 @@ kt_status kt_simulation_read_record(kt_simulation *simulation, int64_t k, kt_rec
 
 kt_status kt_simulation_give_record(kt_simulation *simulation, const kt_record *record, kt_recorder *recorder,
                                     void *user, kt_error *error) {
+    simulation->memory.contacts.mean_records += simulation->memory.leaps > 0;
     simulation->memory.next_record += record->event == NULL;
     simulation->memory.recorded++;
     simulation->within = "a recorder";
@@ -375,7 +376,7 @@ kt_status kt_simulation_hand_over(kt_simulation *simulation, kt_recorder *record
     kt_status status = KT_OK;
     while (status == KT_OK && kt_simulation_owes_record(simulation))
         status = hand_over_record(simulation, recorder, user, error);
-    return status;
+    return status == KT_OK ? kt_phase_arrive(simulation, error) : status;
 }
 
 kt_status kt_simulation_begin_run(kt_simulation *simulation, kt_error *error) {
@@ -413,10 +414,6 @@ kt_status kt_simulation_run(kt_simulation *simulation, kt_recorder *record, void
     if (KT_IS_MISSING(error, simulation, record) ||
         kt_simulation_require_outermost(simulation, __func__, error) != KT_OK)
         return KT_ERROR_ARGUMENT;
-    if (simulation->options.step_evaluations > 0 && simulation->contacts != NULL)
-        return kt_error_set(error, KT_ERROR_UNSUPPORTED, "step_evaluations",
-                            "a run interpolates records between events, which time steps leave out; take "
-                            "kt_simulation_tick or kt_simulation_advance, or leave the option out");
     kt_integrator *integrator = simulation->integrator;
     kt_status status = kt_simulation_begin_run(simulation, error);
     if (status != KT_OK)

@@ -92,7 +92,9 @@ const kt_part kt_count_part = {.is_active = has_groups, .count = kt_simulation_c
 /* ---- steps ------------------------------------------------------------------------------------------------------- */
 
 static kt_status step_and_fire(kt_simulation *simulation, double t_limit, kt_error *error) {
-    const kt_status status = kt_simulation_take_step(simulation, t_limit, error);
+    kt_status status = kt_simulation_take_step(simulation, t_limit, error);
+    if (status == KT_OK)
+        status = kt_phase_arrive(simulation, error);
     return status == KT_OK ? kt_simulation_fire(simulation, NULL, NULL, error) : status;
 }
 

@@ -99,6 +99,13 @@ kt_status kt_phase_settle(kt_simulation *simulation, kt_error *error) {
     return status;
 }
 
+kt_status kt_phase_arrive(kt_simulation *simulation, kt_error *error) {
+    kt_status status = KT_OK;
+    for (kt_hook_of_arrive *const *hook = simulation->phases.arrive; status == KT_OK && *hook != NULL; hook++)
+        status = (*hook)(simulation, error);
+    return status;
+}
+
 kt_status kt_simulation_fire(kt_simulation *simulation, kt_recorder *recorder, void *user, kt_error *error) {
     kt_status status = KT_OK;
     kt_hook_of_fire *const *hook = simulation->phases.fire;

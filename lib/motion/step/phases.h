@@ -49,6 +49,7 @@ typedef enum kt_verdict {
     X(void, count, (kt_simulation *), "the step has ended, with or without success")                                   \
     X(kt_status, explain, (kt_simulation *, const kt_error *, kt_error *), "the step failed: reports the cause")       \
     X(void, finish, (kt_simulation *), "the step succeeded")                                                           \
+    X(kt_status, arrive, (kt_simulation *, kt_error *), "records of the step are complete")                            \
     X(kt_status, fire, (kt_simulation *, kt_recorder *, void *, kt_error *), "events of the step take effect")
 
 #define KT_PHASES_OF_CHANGES(X)                                                                                        \
@@ -127,6 +128,9 @@ void kt_phase_prepare(kt_simulation *simulation, kt_step_progress *progress);
 KT_CHECKED kt_status kt_phase_check(kt_simulation *simulation, kt_step_progress *progress, bool *again,
                                     kt_error *error);
 KT_CHECKED kt_status kt_phase_end(kt_simulation *simulation, kt_status status, const kt_error *from, kt_error *error);
+
+/* Resolves what steps have left to their end, behind the records of the step (phase `arrive`). */
+KT_CHECKED kt_status kt_phase_arrive(kt_simulation *simulation, kt_error *error);
 
 /* Applies the events that happened at the present time and have not taken effect yet (phase `fire`): the events of the
  * last step, or the events that a previous call did not apply. Hands their records to the recorder, unless that is

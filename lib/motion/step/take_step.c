@@ -108,7 +108,9 @@ kt_status kt_phase_end(kt_simulation *simulation, kt_status status, const kt_err
 kt_status kt_simulation_take_step(kt_simulation *simulation, double t_limit, kt_error *error) {
     kt_step_progress progress;
     kt_error from = {0};
-    kt_status status = kt_phase_start(simulation, error);
+    kt_status status = kt_phase_arrive(simulation, error);
+    if (status == KT_OK)
+        status = kt_phase_start(simulation, error);
     if (status != KT_OK)
         return status;
     status = kt_phase_enter(simulation, t_limit, &progress, &from);

@@ -215,6 +215,101 @@ KT_TEST(bounded_ticks_resume_from_a_checkpoint) {
     kt_check_above("checkpoints behind time steps", behind, 5.0);
 }
 
+/* ---- runs -------------------------------------------------------------------------------------------------------- */
+
+enum { CORNERS = 4, ROWS = 1100 };
+
+/* Records of a run, judged one by one. */
+typedef struct judged {
+    bool pauses; /* the recorder stops the run at each record */
+    int count, loaded;
+    double newton, cone; /* the largest residuals, as parts of the weight */
+    double q[ROWS][7];
+} judged;
+
+/* A recorder: Newton's law of the box, and the cones of its contacts. */
+static int judge(const kt_record *record, void *user) {
+    static const double g = 9.81;
+    judged *j = user;
+    kt_vec3 left = kt_vec3_make(mass * record->a[0], mass * record->a[1], mass * (record->a[2] + g));
+    double most = 0.0;
+    for (int k = 0; k < CORNERS; k++) {
+        kt_contact_load load;
+        kt_error error = {0};
+        kt_need_fine("load", kt_record_contact(record, k, &load, &error), &error);
+        left = kt_vec3_sub(left, load.force);
+        most = fmax(most, fmax(-load.force.z, hypot(load.force.x, load.force.y) - 0.5 * load.force.z));
+        j->loaded += load.force.z > 0.0;
+    }
+    j->newton = fmax(j->newton, kt_vec3_norm(left) / (mass * g));
+    j->cone = fmax(j->cone, most / (mass * g));
+    kt_need(kt_check_true("room", j->count < ROWS));
+    memcpy(j->q[j->count++], record->q, sizeof j->q[0]);
+    return j->pauses;
+}
+
+/* A run of the box, which bounces. Each impact exceeds the bound. */
+static kt_simulation *begin_run_of_box(const kt_parsed *m, double interval) {
+    kt_run run = kt_run_fixed("rk4", tick, 0.3);
+    kt_simulation_options options = kt_simulation_options_default();
+    run.record = KT_RECORD_POSITION | KT_RECORD_ACCELERATION | KT_RECORD_REACTION;
+    run.interval = interval;
+    options.step_evaluations = 9;
+    return kt_test_simulation(m->model, &run, &options);
+}
+
+/* Records lie within time steps and at their ends. The forces of all of them obey the laws, and no record changes the
+ * motion. */
+KT_TEST(records_of_completed_steps_obey_the_laws_and_do_not_change_the_motion) {
+    static judged many, few;
+    kt_error error = {0};
+    kt_parsed m;
+    many = few = (judged){.count = 0};
+    make_box(&m, 1e-2, 0.5, 0.5, 0.5);
+    kt_simulation *with = begin_run_of_box(&m, 0.3e-3), *without = begin_run_of_box(&m, 0.3);
+    kt_need_fine("many records", kt_simulation_run(with, judge, &many, &error), &error);
+    kt_need_fine("few records", kt_simulation_run(without, judge, &few, &error), &error);
+    const kt_contact_counts counts = kt_simulation_contacts(with);
+    kt_check_above("completed", (double)counts.completed, 5.0);
+    kt_check_above("time of the first, s", counts.completed_time, sqrt(2.0 * 1e-2 / 9.81) - tick);
+    kt_check_below("time of the first, s", counts.completed_time, sqrt(2.0 * 1e-2 / 9.81));
+    kt_check_above("records within a time step", (double)counts.mean_records, 10.0);
+    kt_check_above("contacts with a force", many.loaded, 100.0);
+    kt_check_below("Newton's law", many.newton, 1e-12);
+    kt_check_below("pulls, or friction beyond its cone", many.cone, 1e-12);
+    kt_check_equal_int("few records", few.count, 2);
+    kt_check_equal_int("completed", (int64_t)kt_simulation_contacts(without).completed, (int64_t)counts.completed);
+    kt_check_equal_int("records within a time step", (int64_t)kt_simulation_contacts(without).mean_records, 0);
+    (void)kt_scene_check_equal("motion", without, with);
+}
+
+/* A run that stops at each record, and goes on in another simulation, has equal bits: within time steps, too. */
+KT_TEST(bounded_runs_resume_at_each_record) {
+    static judged whole, parts;
+    kt_error error = {0};
+    kt_parsed m;
+    whole = parts = (judged){.count = 0};
+    parts.pauses = true;
+    make_box(&m, 1e-2, 0.5, 0.5, 0.5);
+    kt_simulation *one = begin_run_of_box(&m, 0.3e-3),
+                  *two[] = {begin_run_of_box(&m, 0.3e-3), begin_run_of_box(&m, 0.3e-3)};
+    void *block = malloc(kt_simulation_state_size(one));
+    int now = 0;
+    kt_need(kt_check_true("memory", block != NULL));
+    kt_need_fine("whole", kt_simulation_run(one, judge, &whole, &error), &error);
+    while (parts.count < ROWS && kt_simulation_run(two[now], judge, &parts, &error) == KT_ERROR_CALLBACK) {
+        kt_simulation_save(two[now], block);
+        now = 1 - now;
+        kt_need_fine("restores", kt_simulation_restore(two[now], block, &error), &error);
+    }
+    free(block);
+    kt_check_equal_int("records", parts.count, whole.count);
+    kt_check_equal_bits("positions", parts.q[0], whole.q[0], 7 * (size_t)whole.count);
+    kt_check_equal_int("records within a time step", (int64_t)kt_simulation_contacts(two[now]).mean_records,
+                       (int64_t)kt_simulation_contacts(one).mean_records);
+    (void)kt_scene_check_equal("motion", two[now], one);
+}
+
 KT_TEST(bounds_that_cannot_hold_are_rejected) {
     kt_parsed m;
     kt_error error = {0};
