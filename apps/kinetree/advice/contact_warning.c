@@ -80,6 +80,23 @@ static void warn_of_excess(kt_outcome *outcome) {
             kt_loop_name(kt_simulation_model(outcome->simulation), seen.loop), seen.time, seen.most);
 }
 
+/* Warns if time steps completed fixed steps. */
+static void warn_of_completed(kt_outcome *outcome) {
+    const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
+    const kt_warning warning =
+        kt_warning_at("step_completed", seen.completed_time, (double)seen.completed, NULL,
+                      "Take a smaller `step`, adaptive steps (a `tolerance`), or `contact: steps`");
+    if (seen.completed == 0)
+        return;
+    kt_warn(
+        &outcome->warnings, &warning,
+        "contacts changed without end, or had no solution, within a fixed step: a time step over contacts completed "
+        "%llu step%s, first at t = %.9g s, with an error in proportion to the step. Forces in %llu record%s are "
+        "means over such a time step",
+        (unsigned long long)seen.completed, kt_plural((long long)seen.completed), seen.completed_time,
+        (unsigned long long)seen.mean_records, kt_plural((long long)seen.mean_records));
+}
+
 /* Warns if impacts at one instant reached their limit. */
 static void warn_of_dropped_speed(kt_outcome *outcome) {
     const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
@@ -100,6 +117,7 @@ void kt_warn_of_contacts(kt_outcome *outcome) {
     warn_of_wedge(outcome);
     warn_of_dropped_speed(outcome);
     warn_of_excess(outcome);
+    warn_of_completed(outcome);
     kt_warn_of_count(outcome, seen.jammed, &jams);
     kt_warn_of_count(outcome, seen.unconverged, &slow_slips);
 }

@@ -200,7 +200,11 @@ static void list_contacts(const kt_outcome *outcome, json_t *root) {
     json_object_set_new(contacts, "reduced", json_integer((json_int_t)seen.reduced));
     json_object_set_new(contacts, "jammed", json_integer((json_int_t)seen.jammed));
     json_object_set_new(contacts, "dissipated", kt_json_number(seen.dissipated));
-    if (outcome->scene->contact == KT_CONTACT_STEPS)
+    if (seen.completed > 0)
+        json_object_set_new(contacts, "completed",
+                            json_pack("{s:I, s:f, s:I}", "steps", (json_int_t)seen.completed, "time",
+                                      seen.completed_time, "mean_records", (json_int_t)seen.mean_records));
+    if (outcome->scene->contact == KT_CONTACT_STEPS || seen.completed > 0)
         list_time_stepping(&seen, contacts);
     if (seen.count > 0)
         json_object_set(root, "contacts", contacts);
