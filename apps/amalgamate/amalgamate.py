@@ -100,7 +100,7 @@ class Amalgam:
         self.folders = [*sources.storeys(root / 'lib'), root / 'apps/fmu', root / 'apps/kinetree']
         self.include, self.absent, self.read_files = root / 'include', absent, []
         self.out, self.seen = [], set()
-        self.texts, self.macros = {}, {}
+        self.texts, self.expanded, self.macros = {}, {}, {}
 
     def read(self, path):
         if path not in self.texts:
@@ -139,7 +139,7 @@ class Amalgam:
 
     def is_pattern(self, path, name):
         """Whether a header is copied at this inclusion: it has no guard, or uses what stands above the inclusion."""
-        return not GUARD.match(self.read(name)) or name in late_inclusions(path, self.read(path))
+        return not has_guard(self.read(name)) or name in late_inclusions(path, self.read(path))
 
     def with_patterns(self, path):
         """The text with patterns in their place; other inclusions stay."""
@@ -150,7 +150,9 @@ class Amalgam:
             guarded = GUARD.match(self.read(name))
             text = guarded['top'] + guarded['body'] if guarded else self.read(name)
             return f'/* ---- {name} ---- */\n' + text
-        return PRIVATE.sub(replace, self.read(path))
+        if path not in self.expanded:
+            self.expanded[path] = PRIVATE.sub(replace, self.read(path))
+        return self.expanded[path]
 
     def body(self, path, text):
         """Text without inclusions: what they include is copied before it, once."""
@@ -168,7 +170,7 @@ class Amalgam:
 
     def headers_of(self, path, found):
         """All guarded private headers that a file includes, those below first."""
-        for name in PRIVATE.findall(self.read(path)):
+        for name in inclusions_of(self.read(path)):
             if not name.startswith('kinetree/') and name not in found and not self.is_pattern(path, name):
                 self.headers_of(name, found)
                 found.append(name)
@@ -250,6 +252,16 @@ class Amalgam:
 
 
 TAINTED = set()
+
+
+@functools.cache
+def inclusions_of(text):
+    return PRIVATE.findall(text)
+
+
+@functools.cache
+def has_guard(text):
+    return GUARD.match(text) is not None
 
 
 def without(names, text):

@@ -1,6 +1,7 @@
 """C source as tokens and as declarations of file scope."""
 # SPDX-License-Identifier: Apache-2.0
 
+import functools
 import re
 
 TOKEN = re.compile(r'''
@@ -18,8 +19,9 @@ KEYWORDS = set('''auto break case char const continue default do double else enu
     _Alignof _Atomic _Bool _Complex _Generic _Noreturn _Static_assert _Thread_local bool size_t'''.split())
 
 
+@functools.cache
 def tokens(text):
-    """(kind, text) of all tokens; together they are the text."""
+    """(kind, text) of all tokens; together they are the text. Each text is read many times, and its tokens are kept."""
     return [(m.lastgroup, m.group()) for m in TOKEN.finditer(text)]
 
 
