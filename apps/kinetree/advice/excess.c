@@ -33,3 +33,15 @@ bool kt_find_excess(const kt_record *record, kt_error *error) {
         return false;
     return true;
 }
+
+bool kt_find_lost_impulses(const kt_simulation *simulation, double time, kt_error *error) {
+    const kt_contact_counts seen = kt_simulation_contacts(simulation);
+    if (seen.completed == 0 || seen.failures == 0)
+        return false;
+    (void)kt_error_set(error, KT_ERROR_STEP, NULL,
+                       "t = %.9g s: contacts change without end within a fixed step, and the time step that should "
+                       "complete it has not found its impulses: the step is far too long for the motion; take smaller "
+                       "steps, or an adaptive method",
+                       time);
+    return true;
+}

@@ -39,7 +39,8 @@ static bool is_frame(const kt_record *record) { return record->event == NULL || 
 int kt_take_record(const kt_record *record, void *user) {
     kt_sinks *sinks = user;
     double start = kt_cpu_clock();
-    if (kt_find_excess(record, &sinks->outcome->excess)) {
+    if (kt_find_excess(record, &sinks->outcome->excess) ||
+        kt_find_lost_impulses(sinks->outcome->simulation, record->t, &sinks->outcome->excess)) {
         sinks->failed = true;
         return -1;
     }
