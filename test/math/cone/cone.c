@@ -311,8 +311,7 @@ KT_TEST(coulombs_laws_hold_and_agree_with_enumeration) {
 
 /* Contacts that do not part, as those of slow slip: their modes and directions from arbitrary directions. A found
  * solution obeys the laws, in which rates below 1e-9 of their size count as zero. Newton's iteration for directions
- * alone finds none if contacts stick. The iteration misses one problem in a hundred; with so many problems, twice this
- * share is eight standard deviations off. */
+ * alone finds none if contacts stick, and the cone solver follows. */
 KT_TEST(modes_of_contacts_that_do_not_part_agree_with_enumeration) {
     kt_random random = kt_random_of_test();
     room r = room_make();
@@ -338,7 +337,7 @@ KT_TEST(modes_of_contacts_that_do_not_part_agree_with_enumeration) {
         }
         kt_coulomb_copy(r.c, r.mine, r.scratch[0]);
         alone += kt_coulomb_iterate(r.c, r.scratch[0]);
-        if (!kt_coulomb_iterate_modes(r.c, r.mine)) {
+        if (!kt_coulomb_iterate_modes(r.c, r.mine) && !kt_coulomb_solve_modes(r.c, r.solver, r.mine)) {
             missed++;
             continue;
         }
@@ -348,7 +347,7 @@ KT_TEST(modes_of_contacts_that_do_not_part_agree_with_enumeration) {
     kt_note("of %d problems, directions alone are found in %d; missed %d, others where enumeration has one %d", exist,
             alone, missed, other);
     kt_check_above("problems", exist, 3000.0);
-    kt_check_below("missed", missed, 0.02 * exist);
+    kt_check_below("missed", missed, 0.01 * exist);
     free(p);
     room_free(&r);
 }
