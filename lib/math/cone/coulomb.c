@@ -249,7 +249,8 @@ static bool open_one(kt_coulomb *c, kt_coulomb_solver *solver, int i, const unsi
  * motion. same: only a contact without which the motion is the same. */
 static bool open_any(kt_coulomb *c, kt_coulomb_solver *solver, bool held, bool same, kt_coulomb_solution *to,
                      uint64_t *steps) {
-    for (int i = 0; i < c->n; i++) {
+    for (int k = 0; k < c->n; k++) {
+        const int i = (solver->first + k) % c->n;
         if (c->item[i].type == KT_COULOMB_DRY || !kt_coulomb_is_active(to->mode[i]) ||
             (held && !kt_coulomb_is_held(c, to, i, kt_coulomb_held_rows(c, to, i, false), false)))
             continue;
@@ -272,18 +273,25 @@ static bool is_resting(const kt_coulomb *c, const kt_coulomb_solution *to, int i
            kt_hypot(ut[0], ut[1]) <= small;
 }
 
-/* Opens contacts that slip or part, and whose normal rows depend on the normal rows of other contacts, in their order,
- * whether or not they press. The contacts that press in the first solution depend on its path, and thereby on rounding.
- * Tangential rows do not count, because the others may slip without the opened contact. Contacts that the caller
- * has opened must not close by this. Returns whether any contact was opened: others may slip then. */
+/* Whether the normal row of item i depends on the normal rows of other contacts, whether or not they press. closed:
+ * scratch. */
+static bool depends_on_others(const kt_coulomb *c, kt_coulomb_solution *closed, int i) {
+    for (int k = 0; k < c->n; k++)
+        closed->mode[k] = kt_coulomb_is_open_alone(&c->item[k]) ? KT_COULOMB_OPEN : KT_COULOMB_SLIP;
+    return c->item[i].type != KT_COULOMB_DRY && !kt_coulomb_is_open_alone(&c->item[i]) && kt_coulomb_fits(c, closed) &&
+           kt_coulomb_is_held(c, closed, i, 1, false);
+}
+
+/* Opens contacts that slip or part, and whose normal rows depend on the normal rows of other contacts, in their order
+ * from solver->first on. Contacts count whether or not they press, because the contacts that press in the first
+ * solution depend on its path, and thereby on rounding. Tangential rows do not count, because the others may slip
+ * without the opened contact. Contacts that the caller has opened must not close by this. Returns whether any contact
+ * was opened: others may slip then. */
 static bool open_dependent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
-    kt_coulomb_solution *closed = solver->next;
     bool any = false;
-    for (int i = 0; i < c->n; i++) {
-        for (int k = 0; k < c->n; k++)
-            closed->mode[k] = kt_coulomb_is_open_alone(&c->item[k]) ? KT_COULOMB_OPEN : KT_COULOMB_SLIP;
-        if (c->item[i].type != KT_COULOMB_DRY && !kt_coulomb_is_open_alone(&c->item[i]) && !is_resting(c, to, i) &&
-            kt_coulomb_fits(c, closed) && kt_coulomb_is_held(c, closed, i, 1, false)) {
+    for (int k = 0; k < c->n; k++) {
+        const int i = (solver->first + k) % c->n;
+        if (!is_resting(c, to, i) && depends_on_others(c, solver->next, i)) {
             kt_coulomb_copy(c, to, solver->next); /* what is known of other solutions stays */
             start_from_zero(c, solver);
             any = open_one(c, solver, i, NULL, false, to, steps) || any;
@@ -320,11 +328,9 @@ static bool separate_dry_friction(kt_coulomb *c, kt_coulomb_solver *solver, kt_c
 
 /* Opens contacts until the normal rows of pressing contacts are independent. An open contact exerts no tangential
  * force. Therefore, if all contacts can stick, a contact whose tangential rows are independent, such as a driven wheel
- * of a car, is not opened. */
-static bool make_independent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
+ * of a car, is not opened. Returns false if the contacts that were opened first leave no other to open. */
+static bool open_until_independent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
     bool found = true;
-    for (int i = 0; i < c->n; i++)
-        solver->rejected[i] = c->item[i].rejected;
     while (found) {
         while (open_dependent(c, solver, to, steps)) {
         }
@@ -342,9 +348,26 @@ static bool make_independent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
         }
         found = found || open_any(c, solver, false, false, to, steps);
     }
-    found = found && separate_dry_friction(c, solver, to, steps);
+    return found && separate_dry_friction(c, solver, to, steps);
+}
+
+/* Opens contacts until the others are independent. In a stack that slips, each body has to open one of its feet, but
+ * not every foot of a body can be open together with those that were opened before. If the order of the items leads to
+ * no solution, the search is repeated from the next item on. */
+static bool make_independent(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
+    bool found = false, opened = true;
     for (int i = 0; i < c->n; i++)
-        c->item[i].rejected = solver->rejected[i];
+        solver->rejected[i] = c->item[i].rejected;
+    kt_coulomb_copy(c, to, solver->other);
+    for (solver->first = 0; opened && !found && solver->first < c->n; solver->first++) {
+        kt_coulomb_copy(c, solver->other, to);
+        found = open_until_independent(c, solver, to, steps);
+        opened = false;
+        for (int i = 0; i < c->n; i++) {
+            opened = opened || c->item[i].rejected != solver->rejected[i];
+            c->item[i].rejected = solver->rejected[i];
+        }
+    }
     return found;
 }
 
