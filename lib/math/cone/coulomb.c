@@ -473,6 +473,22 @@ static bool solve_moving(kt_coulomb *c, kt_coulomb_solver *solver, bool independ
     return found;
 }
 
+/* Finds rest on a body that slips on more feet than it needs. The load of these feet is not unique, and friction
+ * follows the load, so that one of them opens. Returns whether the others rest, and hold this foot open. closed:
+ * scratch. */
+static bool rest_without_one(kt_coulomb *c, kt_coulomb_solution *closed, kt_coulomb_solution *to) {
+    bool found = false;
+    for (int i = 0; i < c->n && !found; i++) {
+        const unsigned rejected = c->item[i].rejected;
+        if (c->item[i].type == KT_COULOMB_CONE || !depends_on_others(c, closed, i))
+            continue;
+        c->item[i].rejected = ~(1U << KT_COULOMB_OPEN);
+        found = kt_coulomb_find_rest(c, to, true) && holds_opened(c, NULL, to);
+        c->item[i].rejected = rejected;
+    }
+    return found;
+}
+
 bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent, kt_coulomb_solution *solution,
                       uint64_t *steps) {
     assert(c->n >= 0 && c->rows >= c->n && (c->n == 0 || c->W != NULL || c->entry != NULL));
@@ -490,7 +506,8 @@ bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent
         return true;
     if (sorts)
         kt_coulomb_sort(c, solver);
-    const bool found = solve_moving(c, solver, independent, solution, steps);
+    const bool found = (sorts && independent && rest_without_one(c, solver->next, solution)) ||
+                       solve_moving(c, solver, independent, solution, steps);
     if (sorts)
         kt_coulomb_restore(c, solver, solution);
     return found;
