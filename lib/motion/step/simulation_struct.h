@@ -156,7 +156,8 @@ static inline size_t kt_simulation_block_size(const kt_simulation_sizes *size) {
     return used;
 }
 
-/* Rounding of times. Every limit of times, and every speed that belongs to one, is one of these three:
+/* Rounding of times. Events, contacts and breakpoints derive limits of times, and of speeds, from three numbers.
+ * Integrators and records have roundings of their own.
  *
  *     kt_time_width       the width to which the root of an event is enclosed at the time t, 4 units of rounding
  *     kt_time_together    roots of one state lie within two such widths of each other
