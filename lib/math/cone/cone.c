@@ -15,7 +15,7 @@ static const double vanishing = 1e-12;
 /* Corners of a face share an impact in many ways, and Newton's method may end at a residual that is enough, but not
  * rounding. Proximal points then find a solution. They cost too much for large problems. */
 enum { SMALL = 8 };
-enum { LOCAL = 4, FIRST_SWEEPS = 2, NEWTON_MOST = 25, TURNS = 10, TURN_SWEEPS = 10, TURN_NEWTON = 10 };
+enum { LOCAL = 4, FIRST_SWEEPS = 2, NEWTON_MOST = 25, TURNS = 10, TURN_SWEEPS = 100, TURN_NEWTON = 40 };
 
 /* ---- sweeps ------------------------------------------------------------------------------------------------------ */
 
@@ -105,28 +105,36 @@ static bool find_proximal(kt_cone *cone, double delta) {
     return done;
 }
 
-/* Proximal points z: each solves (W + delta 1) z' + b - delta z, and delta falls after some of them. They begin with
- * zero and a large delta, so that no earlier start matters. From each point near a solution, Newton is tried on the
- * problem itself. y becomes the best point. */
-static void approach(kt_cone *cone) {
-    enum { OUTER = 12 };
-    static const double first = 1.0, last = 1e-7, falls = 0.3;
+/* Proximal points z: each solves (W + delta 1) z' + b - delta z, and delta falls after some of them. Then, if
+ * the last point is near a solution, Newton is tried on the problem itself. The points begin with z and this delta.
+ * y becomes the best point; *least: its residual. */
+static void follow_points(kt_cone *cone, double delta, double *least) {
+    enum { OUTER = 6 };
+    static const double last = 1e-7, falls = 0.3;
     const int m = 3 * cone->n;
-    double residual = (double)INFINITY, delta = first;
-    memset(cone->z, 0, (size_t)m * sizeof *cone->z);
     for (int i = 0; i < m; i++)
         cone->diagonal[i] = cone->W[i * m + i];
-    while (delta > last && residual > cone->enough) {
+    while (delta > last && !(*least <= cone->enough)) {
         bool done = true;
-        for (int outer = 0; outer < OUTER && residual > cone->enough && done; outer++) {
+        for (int outer = 0; done && outer < OUTER; outer++)
             done = find_proximal(cone, delta);
-            memcpy(cone->x, cone->z, (size_t)m * sizeof *cone->x);
-            if (kt_cone_residual(cone, cone->b, cone->x) < 1e-3)
-                (void)kt_cone_newton(cone, cone->b, cone->x, NEWTON_MOST);
-            keep_better(cone, cone->x, &residual);
-        }
+        memcpy(cone->x, cone->z, (size_t)m * sizeof *cone->x);
+        if (kt_cone_residual(cone, cone->b, cone->x) < 1e-3)
+            (void)kt_cone_newton(cone, cone->b, cone->x, NEWTON_MOST);
+        keep_better(cone, cone->x, least);
         delta *= falls;
     }
+}
+
+/* Proximal points from the best point so far, since a heap's problems that come to them are nearly solved. Then from
+ * zero with a large delta, so that no earlier start matters. */
+static void approach(kt_cone *cone) {
+    const size_t bytes = 3 * (size_t)cone->n * sizeof *cone->z;
+    double least = (double)INFINITY;
+    memcpy(cone->z, cone->found, bytes);
+    follow_points(cone, 0.01, &least);
+    memset(cone->z, 0, bytes);
+    follow_points(cone, 1.0, &least);
 }
 
 /* ---- the cascade ------------------------------------------------------------------------------------------------- */
@@ -201,7 +209,8 @@ static void run_round(kt_cone *cone, kt_cone_round round) {
     } else if (round == KT_CONE_PROXIMAL) {
         approach(cone);
     } else {
-        for (int k = 0; k < FIRST_SWEEPS; k++)
+        const bool starts_well = kt_cone_residual(cone, cone->b, cone->x) <= cone->enough;
+        for (int k = 0; !starts_well && k < FIRST_SWEEPS; k++)
             sweep_cones(cone, cone->b, cone->x);
         memcpy(cone->y, cone->x, 3 * (size_t)cone->n * sizeof *cone->y);
         (void)kt_cone_newton(cone, cone->b, cone->y, NEWTON_MOST);
