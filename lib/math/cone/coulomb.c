@@ -515,6 +515,28 @@ bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent
 
 /* ---- contacts that do not part ----------------------------------------------------------------------------------- */
 
+/* Changes modes that the solution contradicts. Returns whether any has changed. */
+static bool change_modes(const kt_coulomb *c, kt_coulomb_solution *to) {
+    bool changes = false;
+    for (int i = 0; i < c->n; i++) {
+        const kt_coulomb_item *item = &c->item[i];
+        const double *pt = to->p + item->across, *ut = to->u + item->across, size = kt_hypot(pt[0], pt[1]);
+        if (item->type != KT_COULOMB_CONE)
+            continue;
+        const bool sticks = to->mode[i] == KT_COULOMB_STICK;
+        if (sticks && size > item->friction * to->p[item->row]) {
+            to->mode[i] = KT_COULOMB_SLIP;
+            to->e[i][0] = -pt[0] / size;
+            to->e[i][1] = -pt[1] / size;
+            changes = true;
+        } else if (!sticks && ut[0] * to->e[i][0] + ut[1] * to->e[i][1] < 0.0) {
+            to->mode[i] = KT_COULOMB_STICK;
+            changes = true;
+        }
+    }
+    return changes;
+}
+
 bool kt_coulomb_solve_modes(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to) {
     uint64_t steps = 0;
     start_from_zero(c, solver);
@@ -527,5 +549,10 @@ bool kt_coulomb_iterate_modes(const kt_coulomb *c, kt_coulomb_solution *to) {
     for (int i = 0; !found && i < c->n; i++)
         if (c->item[i].type == KT_COULOMB_CONE)
             to->mode[i] = KT_COULOMB_STICK;
-    return found || kt_coulomb_iterate(c, to);
+    for (int k = 0; !found && k <= 2 * c->n; k++) {
+        found = kt_coulomb_iterate(c, to);
+        if (!found && !change_modes(c, to))
+            return false;
+    }
+    return found;
 }

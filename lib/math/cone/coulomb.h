@@ -222,8 +222,9 @@ bool kt_coulomb_holds(const kt_coulomb *c, const kt_coulomb_solution *to);
 /* Iterates by Newton's method for the directions of one combination of modes, from the directions in `to`. A step is
  * halved until the residual falls. Returns whether the combination is a solution. */
 bool kt_coulomb_iterate(const kt_coulomb *c, kt_coulomb_solution *to);
-/* Iterates for the directions of contacts with cones that do not part (coulomb.c): all slip, from the directions in
- * `to`, or all stick. Returns whether either is a solution. */
+/* Iterates for the directions and modes of contacts with cones that do not part (coulomb.c). First all slip in the
+ * directions in `to`. If this is no solution, all stick, and modes that a solution contradicts change. Returns whether
+ * a solution is found. */
 bool kt_coulomb_iterate_modes(const kt_coulomb *c, kt_coulomb_solution *to);
 /* One step of this iteration, without a check. */
 void kt_coulomb_polish(const kt_coulomb *c, kt_coulomb_solution *to);
