@@ -209,8 +209,7 @@ static void run_round(kt_cone *cone, kt_cone_round round) {
     } else if (round == KT_CONE_PROXIMAL) {
         approach(cone);
     } else {
-        const bool starts_well = kt_cone_residual(cone, cone->b, cone->x) <= cone->enough;
-        for (int k = 0; !starts_well && k < FIRST_SWEEPS; k++)
+        for (int k = 0; k < FIRST_SWEEPS; k++)
             sweep_cones(cone, cone->b, cone->x);
         memcpy(cone->y, cone->x, 3 * (size_t)cone->n * sizeof *cone->y);
         (void)kt_cone_newton(cone, cone->b, cone->y, NEWTON_MOST);
