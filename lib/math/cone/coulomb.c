@@ -21,7 +21,7 @@ static const double loose = 1e-7;
 KT_ARENA_LAYOUT(lay_out_solver, kt_coulomb_solver, KT_COULOMB_SOLVER_FIELDS, size_t items, size_t cone)
 
 size_t kt_coulomb_solver_size(size_t items, size_t rows, size_t most) {
-    return lay_out_solver(NULL, items, kt_cone_size((int)items, (int)most)) + 3 * kt_coulomb_solution_size(items, rows);
+    return lay_out_solver(NULL, items, kt_cone_size((int)items, (int)most)) + 4 * kt_coulomb_solution_size(items, rows);
 }
 
 kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, size_t most, void *memory, void *matrices) {
@@ -33,6 +33,7 @@ kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, size_t most
     solver->other = kt_coulomb_solution_init(items, rows, behind);
     solver->next = kt_coulomb_solution_init(items, rows, behind + size);
     solver->best = kt_coulomb_solution_init(items, rows, behind + 2 * size);
+    solver->part = kt_coulomb_solution_init(items, rows, behind + 3 * size);
     return solver;
 }
 
@@ -489,8 +490,8 @@ static bool rest_without_one(kt_coulomb *c, kt_coulomb_solution *closed, kt_coul
     return found;
 }
 
-bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent, kt_coulomb_solution *solution,
-                      uint64_t *steps) {
+bool kt_coulomb_solve_block(kt_coulomb *c, kt_coulomb_solver *solver, bool independent, kt_coulomb_solution *solution,
+                            uint64_t *steps) {
     assert(c->n >= 0 && c->rows >= c->n && (c->n == 0 || c->W != NULL || c->entry != NULL));
     assert(solution != solver->other && solution != solver->next && solution != solver->best);
     solution->count = 1;

@@ -259,6 +259,9 @@ bool kt_coulomb_find_rest(const kt_coulomb *c, kt_coulomb_solution *to, bool sli
     X(double, least, items, "likewise")                                                                                \
     X(double, limit, items, "likewise")                                                                                \
     X(unsigned, rejected, items, "modes of the items that are rejected, of the problem itself")                        \
+    X(int, place, items, "items by blocks")                                                                            \
+    X(int, end, items, "of each block")                                                                                \
+    X(kt_coulomb_item, whole, items, "the items of all blocks")                                                        \
     X(kt_coulomb_item, item, items, "the items before they are sorted")                                                \
     X(double, rank, items, "by which items are sorted")                                                                \
     X(int, from, items, "indices of sorted items before")                                                              \
@@ -268,7 +271,7 @@ typedef struct kt_coulomb_solver {
     bool is_loose; /* larger residuals are taken, since there is no solution with smaller ones */
     int first;     /* the item with which the search for contacts that open begins */
     struct kt_cone *cone;
-    kt_coulomb_solution *other, *next, *best;
+    kt_coulomb_solution *other, *next, *best, *part;
     KT_ARENA_DECLARE(KT_COULOMB_SOLVER_FIELDS)
 } kt_coulomb_solver;
 
@@ -281,11 +284,14 @@ kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, size_t most
 void kt_coulomb_sort(kt_coulomb *c, kt_coulomb_solver *solver);
 void kt_coulomb_restore(kt_coulomb *c, const kt_coulomb_solver *solver, kt_coulomb_solution *to);
 
-/* Solves the problem, and returns false if no solution is found (coulomb.c). The flag `independent` requires
- * independent normal rows of active contacts. The solution has the least impulses; its count is 2 if another motion
- * was found, too. Adds the steps of Newton's method to *steps. */
+/* Solves the problem, one block after the other (coulomb_blocks.c), and returns false if no solution is found. The flag
+ * `independent` requires independent normal rows of active contacts. The solution has the least impulses; its count is
+ * 2 if another motion was found, too. Adds the steps of Newton's method to *steps. */
 bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent, kt_coulomb_solution *solution,
                       uint64_t *steps);
+/* Solves the problem of one block likewise (coulomb.c). */
+bool kt_coulomb_solve_block(kt_coulomb *c, kt_coulomb_solver *solver, bool independent, kt_coulomb_solution *solution,
+                            uint64_t *steps);
 /* Solves a problem of contacts that do not part, for which kt_coulomb_iterate_modes finds no solution, with the cone
  * solver. Contacts of one body may have rates with which not all contacts can stick, and forces that are not unique.
  * Returns false if the solution is not exact for its modes. */
