@@ -230,15 +230,12 @@ KT_API KT_CHECKED kt_status kt_simulation_advance(kt_simulation *simulation, dou
  * kt_simulation_set_state, ends at start + k period. Therefore rounding errors do not add up; with t += 1e-3, many
  * periods would end with an extra step of about 1e-14 s. A period that is a multiple of a fixed step takes whole steps.
  * A period may begin elsewhere, after kt_simulation_advance or after another period. Such a period ends at its own
- * start plus the period. On failure the state is that of the last successful step, and the next call begins at this
- * state.
- * Errors: as for a step. KT_ERROR_ARGUMENT if the period is not finite, not above zero, or too short to change the
- * time. */
+ * start plus the period. On failure the state is that of the last successful step, and the next call begins there.
+ * Errors: as for a step. KT_ERROR_ARGUMENT if the period is not finite, not above 0, or too short to change time. */
 KT_API KT_CHECKED kt_status kt_simulation_tick(kt_simulation *simulation, double period, kt_error *error);
 
 /* Returns the time at which kt_simulation_tick with this period would end, s. A program may go to this time with
- * kt_simulation_step, and see each step of the period. Returns NaN for NULL, and if the period is not finite or not
- * above zero. */
+ * kt_simulation_step, and see each step of the period. NaN for NULL, and if the period is not finite or not above 0. */
 KT_API double kt_simulation_period_end(const kt_simulation *simulation, double period);
 
 /* Changes the state at the present time: positions q (nq) and velocities v (nv). Either may be NULL for no change. The
@@ -294,8 +291,7 @@ KT_API const kt_model *kt_simulation_model(const kt_simulation *simulation);
 /* Computes the accelerations a (nv) in the present state, with the torques and wrenches of the next step. Coordinates
  * that move without mass (kt_massless_moves) get NaN, since their accelerations are not computed.
  * Errors: as for a step; a is then unchanged.
- * Cost: that of kt_acceleration_evaluate. The next step does not reuse the result, whereas it reuses the result of
- * kt_simulation_sense. */
+ * Cost: that of kt_acceleration_evaluate. The next step reuses the result of kt_simulation_sense alone. */
 KT_API KT_CHECKED kt_status kt_simulation_acceleration(kt_simulation *simulation, double *a, kt_error *error);
 
 /* Returns the work done up to the present time; NaN unless KT_RECORD_BALANCE is requested. */
@@ -378,20 +374,17 @@ typedef struct kt_event {
 KT_API KT_CHECKED kt_status kt_simulation_event_add(kt_simulation *simulation, const kt_event *event, kt_error *error);
 
 /* Returns the event that ended the last stepping call before its time, or NULL if no event ended the call. Stepping
- * calls are kt_simulation_run, _step, _advance, _tick, and kt_motion_derivatives. The next call continues from the
- * event. */
+ * calls are kt_simulation_run, _step, _advance, _tick, and kt_motion_derivatives. The next call continues there. */
 KT_API const kt_event *kt_simulation_stopped(const kt_simulation *simulation);
 
 /* Returns the number of occurrences of the event with this name, since the start or the last kt_simulation_set_state.
  * Returns 0 if there is no such event. */
 KT_API uint64_t kt_simulation_event_count(const kt_simulation *simulation, const char *name);
 
-/* Returns the name of the k-th event, k from 0: events of hard contacts come first, then the added events. Returns NULL
- * if k is too large. */
+/* Returns the name of the k-th event: events of hard contacts come first. Returns NULL if k is too large. */
 KT_API const char *kt_simulation_event_name(const kt_simulation *simulation, size_t k);
 
-/* Searches for the time of an event that reached the limit kt_simulation_options.event_evaluations. Events may have
- * been missed in these steps. */
+/* Searches for events that reached the limit kt_simulation_options.event_evaluations. Events may have been missed. */
 typedef struct kt_event_cuts {
     uint64_t count;        /* such steps since the start, or the last kt_simulation_set_state */
     double time;           /* s, the beginning of the first one; NaN: none */
@@ -445,9 +438,7 @@ typedef struct kt_contact_counts {
     double dropped;     /* m/s: 100,000 impacts at one instant did not lose this speed, which contacts then removed; a
                            stop turns a body at the mechanism's length; 0: none */
     uint64_t completed; /* fixed steps that a time step completed (kt_simulation_options.step_evaluations) */
-    uint64_t mean_records; /* records of kt_simulation_run within such a time step, or at its end: forces are means */
-    double completed_time; /* s, at which the first of these time steps began; 0: none */
-    int undecided_loop;    /* one of its contacts: its loop in the simulation's model (kt_loop_name) */
+    int undecided_loop; /* one of its contacts: its loop in the simulation's model (kt_loop_name) */
 } kt_contact_counts;
 
 /* Finds the force of a contact in the present state (kt_record_contact), after kt_simulation_sense.
@@ -455,8 +446,7 @@ typedef struct kt_contact_counts {
 KT_API KT_CHECKED kt_status kt_contact_force(kt_simulation *simulation, int effect, kt_contact_load *load,
                                              kt_error *error);
 
-/* Returns the counts since the start or the last kt_simulation_set_state. All are zero without hard contacts, and for
- * NULL. */
+/* Returns the counts since the start or the last kt_simulation_set_state; zeros without hard contacts, and for NULL. */
 KT_API kt_contact_counts kt_simulation_contacts(const kt_simulation *simulation);
 
 /* Forces beyond the law. If no motion obeys the law, or steps do not resolve it, a contact is held at rest for a short
@@ -470,6 +460,15 @@ typedef struct kt_contact_excess {
 
 /* Returns the forces beyond the law since the start or the last kt_simulation_set_state; zeros for NULL. */
 KT_API kt_contact_excess kt_simulation_contact_excess(const kt_simulation *simulation);
+
+/* Time steps that completed fixed steps (kt_contact_counts.completed). */
+typedef struct kt_completed_steps {
+    uint64_t records; /* of kt_simulation_run within such a time step, or at its end: forces are means over it */
+    double time;      /* s, at which the first of these time steps began; 0: none */
+} kt_completed_steps;
+
+/* Returns these since the start or the last kt_simulation_set_state; zeros for NULL. */
+KT_API kt_completed_steps kt_simulation_completed_steps(const kt_simulation *simulation);
 
 /* ---- records ----------------------------------------------------------------------------------------------------- */
 

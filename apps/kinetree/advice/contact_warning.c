@@ -83,8 +83,9 @@ static void warn_of_excess(kt_outcome *outcome) {
 /* Warns if time steps completed fixed steps. */
 static void warn_of_completed(kt_outcome *outcome) {
     const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
+    const kt_completed_steps steps = kt_simulation_completed_steps(outcome->simulation);
     const kt_warning warning =
-        kt_warning_at("step_completed", seen.completed_time, (double)seen.completed, NULL,
+        kt_warning_at("step_completed", steps.time, (double)seen.completed, NULL,
                       "Take a smaller `step`, adaptive steps (a `tolerance`), or `contact: steps`");
     if (seen.completed == 0)
         return;
@@ -93,8 +94,8 @@ static void warn_of_completed(kt_outcome *outcome) {
         "contacts changed without end, or had no solution, within a fixed step: a time step over contacts completed "
         "%llu step%s, first at t = %.9g s, with an error in proportion to the step. Forces in %llu record%s are "
         "means over such a time step",
-        (unsigned long long)seen.completed, kt_plural((long long)seen.completed), seen.completed_time,
-        (unsigned long long)seen.mean_records, kt_plural((long long)seen.mean_records));
+        (unsigned long long)seen.completed, kt_plural((long long)seen.completed), steps.time,
+        (unsigned long long)steps.records, kt_plural((long long)steps.records));
 }
 
 /* Warns if impacts at one instant reached their limit. */

@@ -175,6 +175,7 @@ static void list_time_stepping(const kt_contact_counts *seen, json_t *contacts) 
 static void list_contacts(const kt_outcome *outcome, json_t *root) {
     const kt_contact_counts seen = kt_simulation_contacts(outcome->simulation);
     const kt_contact_excess excess = kt_simulation_contact_excess(outcome->simulation);
+    const kt_completed_steps steps = kt_simulation_completed_steps(outcome->simulation);
     json_t *contacts = json_object();
     json_object_set_new(contacts, "impacts", json_integer((json_int_t)seen.impacts));
     json_object_set_new(contacts, "closings", json_integer((json_int_t)seen.closings));
@@ -202,8 +203,8 @@ static void list_contacts(const kt_outcome *outcome, json_t *root) {
     json_object_set_new(contacts, "dissipated", kt_json_number(seen.dissipated));
     if (seen.completed > 0)
         json_object_set_new(contacts, "completed",
-                            json_pack("{s:I, s:f, s:I}", "steps", (json_int_t)seen.completed, "time",
-                                      seen.completed_time, "mean_records", (json_int_t)seen.mean_records));
+                            json_pack("{s:I, s:f, s:I}", "steps", (json_int_t)seen.completed, "time", steps.time,
+                                      "mean_records", (json_int_t)steps.records));
     if (outcome->scene->contact == KT_CONTACT_STEPS || seen.completed > 0)
         list_time_stepping(&seen, contacts);
     if (seen.count > 0)

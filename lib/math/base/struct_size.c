@@ -27,6 +27,7 @@
     X(kt_beam)                                                                                                         \
     X(kt_beam_property)                                                                                                \
     X(kt_body)                                                                                                         \
+    X(kt_completed_steps)                                                                                              \
     X(kt_complex)                                                                                                      \
     X(kt_constraint_formulation_options)                                                                               \
     X(kt_constraint_formulation_statistics)                                                                            \

@@ -183,7 +183,7 @@ static kt_status accept_bounded(kt_simulation *simulation, kt_error *error) {
         return KT_OK;
     account_time_step(simulation);
     if (counts->completed++ == 0)
-        counts->completed_time = kt_integrator_previous_time(simulation->integrator);
+        simulation->memory.completed.time = kt_integrator_previous_time(simulation->integrator);
     simulation->memory.leaps = ENDED;
     return KT_OK;
 }

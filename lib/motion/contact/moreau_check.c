@@ -41,7 +41,7 @@ static double weight_of(const kt_simulation *simulation, int i) {
 
 /* Writes the impulses of an item and its rates at v+, in its weight s. Returns the largest of the impulses, and of its
  * rates without impulses. */
-static double weigh_item(const kt_simulation *simulation, int i, double s, double *p, double *u) {
+static double scale_item(const kt_simulation *simulation, int i, double s, double *p, double *u) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_moreau *m = simulation->moreau;
     double size = 0.0;
@@ -93,12 +93,12 @@ static kt_status check_island(const kt_simulation *simulation, int island, kt_er
     double size = 0.0, p[3], u[3];
     for (int i = 0; i < m->count; i++)
         if (c->item[m->item[i]].island == island)
-            size = fmax(size, weigh_item(simulation, i, weight_of(simulation, i), p, u));
+            size = fmax(size, scale_item(simulation, i, weight_of(simulation, i), p, u));
     for (int i = 0; i < m->count; i++) {
         if (c->item[m->item[i]].island != island)
             continue;
         const double s = weight_of(simulation, i);
-        (void)weigh_item(simulation, i, s, p, u);
+        (void)scale_item(simulation, i, s, p, u);
         const double S = m->limit[i] < 0.0 ? -1.0 : m->limit[i] / s;
         const char *law = find_violation(p, u, kt_moreau_rows(m, i), m->mu[i], S, violated * size);
         if (law != NULL)

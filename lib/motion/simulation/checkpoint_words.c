@@ -105,8 +105,8 @@
     X(step_grid, KT_BLOCK_ANY)                                                                                         \
     X(step_begun, KT_BLOCK_COUNT)                                                                                      \
     X(contacts.completed, KT_BLOCK_COUNT)                                                                              \
-    X(contacts.completed_time, KT_BLOCK_ANY)                                                                           \
-    X(contacts.mean_records, KT_BLOCK_COUNT)                                                                           \
+    X(completed.time, KT_BLOCK_ANY)                                                                                    \
+    X(completed.records, KT_BLOCK_COUNT)                                                                               \
     X(retries, KT_BLOCK_COUNT)                                                                                         \
     X(own_time, KT_BLOCK_ANY)                                                                                          \
     X(slip_noise, KT_BLOCK_ANY)                                                                                        \

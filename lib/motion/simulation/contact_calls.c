@@ -40,6 +40,10 @@ kt_contact_excess kt_simulation_contact_excess(const kt_simulation *simulation) 
     return simulation != NULL ? simulation->memory.excess : (kt_contact_excess){.steps = 0};
 }
 
+kt_completed_steps kt_simulation_completed_steps(const kt_simulation *simulation) {
+    return simulation != NULL ? simulation->memory.completed : (kt_completed_steps){.records = 0};
+}
+
 kt_contact_counts kt_simulation_contacts(const kt_simulation *simulation) {
     return simulation != NULL ? simulation->memory.contacts : (kt_contact_counts){.impacts = 0};
 }

@@ -232,7 +232,7 @@ kt_status kt_simulation_read_record(kt_simulation *simulation, int64_t k, kt_rec
 
 kt_status kt_simulation_give_record(kt_simulation *simulation, const kt_record *record, kt_recorder *recorder,
                                     void *user, kt_error *error) {
-    simulation->memory.contacts.mean_records += simulation->memory.leaps > 0;
+    simulation->memory.completed.records += simulation->memory.leaps > 0;
     simulation->memory.next_record += record->event == NULL;
     simulation->memory.recorded++;
     simulation->within = "a recorder";

@@ -218,6 +218,7 @@ static kt_status start_closed_at(kt_simulation *simulation, double t, kt_error *
     kt_phase_reset(simulation);
     simulation->memory.contacts = (kt_contact_counts){.count = simulation->memory.contacts.count};
     simulation->memory.excess = (kt_contact_excess){.steps = 0};
+    simulation->memory.completed = (kt_completed_steps){.records = 0};
     for (size_t k = 0; k < simulation->size.contacts; k++)
         simulation->contact_state[k].counted = false;
     const kt_status status = kt_simulation_project(simulation, t, simulation->y, &changed, error);

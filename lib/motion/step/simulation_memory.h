@@ -69,6 +69,7 @@ typedef struct kt_simulation_memory {
     int64_t event_cut_of;     /* event of the first search that was cut */
     kt_contact_counts contacts;
     kt_contact_excess excess;
+    kt_completed_steps completed;
     uint64_t released;    /* contacts that do not act, as bits of the set; for friction of joints both switches */
     uint64_t held;        /* friction that slips in joints that contacts or loops hold, as bits of the set */
     int64_t jumped;       /* forces have jumped since closed contacts were checked last */
