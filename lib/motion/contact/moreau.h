@@ -48,7 +48,6 @@ enum { KT_MOREAU_NO_PART = -1, KT_MOREAU_HELD = -2 };
 /* An island of contacts (contact/islands.c). */
 typedef struct kt_moreau_island {
     int known;         /* the impulses of so many rows are known; -1: none, since velocities have changed */
-    bool fails;        /* the cone solver did not find these impulses */
     double dissipated; /* energy dissipated by these impulses */
 } kt_moreau_island;
 
@@ -85,10 +84,6 @@ extern const struct kt_leap kt_moreau_leap;
 /* b' of the equation of a row of a contact, in the state of the last equations; and the rows of an item. */
 static inline double kt_moreau_right(const struct kt_contacts *c, int k, int component) {
     return c->rate[kt_contact_row(c->all, &c->item[k]) + component];
-}
-/* The least rate of a contact at the end. */
-static inline double kt_moreau_bound(const kt_moreau *m, int i) {
-    return m->e[i] > 0.0 ? -m->e[i] * m->begin[m->first[i]] : m->bound[i];
 }
 static inline int kt_moreau_rows(const kt_moreau *m, int i) { return m->limit[i] < 0.0 && m->mu[i] > 0.0 ? 3 : 1; }
 
@@ -136,9 +131,6 @@ bool kt_moreau_correct(kt_simulation *simulation, double h, bool begins);
 void kt_moreau_renew_laws(kt_simulation *simulation, double h);
 double kt_moreau_settled_gap(const kt_simulation *simulation, int k, double h);
 void kt_moreau_settle_gaps(kt_simulation *simulation, double h);
-
-/* Checks the laws of contacts and Newton's law of the step (moreau_check.c). m->middle and m->change are scratch. */
-KT_CHECKED kt_status kt_moreau_check(kt_simulation *simulation, double h, kt_error *error);
 
 /* Records (moreau_record.c): adds the forces of contacts to simulation->tau and ->external, and shows a record whose
  * data belong to the model in which all contacts are closed. */
