@@ -97,12 +97,15 @@ static int speed_order_of_curve(const kt_model *model, size_t k) {
     return k >= model->n.loop ? -1 : model->loop[k].type == KT_LOOP_RATES ? 0 : 1;
 }
 
+/* Times this close to each other count as equal, because rounding would hide a step between them. */
+static double margin_at(double t) { return isfinite(t) ? kt_time_step(t) : 0.0; }
+
 /* For fixed steps: the next jump of a velocity or a position that a loop prescribes. The search ends after this number
- * of steps, and its end counts as a breakpoint without a jump. */
+ * of steps, and beyond times that count as equal to t. Its end counts as a breakpoint without a jump. */
 static breakpoint next_strike(kt_simulation *simulation, double t) {
     static const double steps = 1000.0;
     const kt_model *model = simulation->model;
-    breakpoint first = {.time = t + steps * simulation->step};
+    breakpoint first = {.time = t + fmax(steps * simulation->step, 4.0 * margin_at(t))};
     for (size_t k = 0; k < model->n.loop; k++) {
         const int speed = speed_order_of_curve(model, k);
         kt_breakpoint next = {t, speed + 1};
@@ -203,9 +206,6 @@ double kt_simulation_next_feature(kt_simulation *simulation, const kt_expression
 }
 
 /* ---- of a step --------------------------------------------------------------------------------------------------- */
-
-/* Times this close to each other count as equal, because rounding would hide a step between them. */
-static double margin_at(double t) { return isfinite(t) ? kt_time_step(t) : 0.0; }
 
 /* The distance from a jump at which the limits on its sides are evaluated. */
 static double aside(const kt_simulation *simulation, double t) {
