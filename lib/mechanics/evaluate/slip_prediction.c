@@ -195,10 +195,10 @@ static kt_slip_fate fate_of_slip(const kt_data *data, const kt_slip_problem *p, 
                           .friction = p->wide && is_unresolved(data, index) ? of[1] / of[0] : HUGE_VAL};
 }
 
-/* The speed of slip of a contact in predictions. */
+/* The speed of slip of a contact in predictions: that of the slip whose direction e is (slip.c). */
 static double size_of_slip(const kt_data *data, size_t index) {
     const double *s = data->slip_velocity + 2 * index;
-    return kt_hypot(s[0], s[1]) + data->still_slip;
+    return kt_hypot(kt_hypot(s[0], s[1]), data->still_slip);
 }
 
 /* Sets the problem of the prediction, from the present directions e = s / |s|: the rates b of slow slip receive s /
