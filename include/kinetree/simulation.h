@@ -96,21 +96,21 @@ typedef struct kt_simulation_options {
                           method, derivatives and watch_works are then those of a simulation without it */
     uint64_t
         steps_per_call; /* the number of steps, accepted and rejected together, that one call of kt_simulation_step,
-                                kt_simulation_advance or kt_simulation_tick may take, so that the time of a tick has a
-                                bound; 0: no limit. If a call needs more steps, it fails with KT_ERROR_STEP and names
-                                the event or contact at which the steps were repeated. The next call goes on */
+                                kt_simulation_advance or kt_simulation_tick may take; 0: no limit. A call that needs more
+                                fails with KT_ERROR_STEP and names the event or contact. The next call goes on */
     uint64_t step_evaluations; /* the number of evaluations of the accelerations that a fixed step (kt_run.step) on hard
                                   contacts may take, all its parts together; 0: no limit. If a step would take more,
                                   one time step of contact: steps completes it, with an error of the first order, and
                                   kt_contact_counts.completed counts it. So does a step that fails. With contact:
                                   events. At least 5 more than the stages of the method; 69 for an implicit method */
+    uint64_t stall_evaluations; /* likewise for each thousandth of a fixed step: steps that advance have no limit */
 } kt_simulation_options;
 
-/* Limits of kt_simulation_options.event_evaluations and step_evaluations. */
+/* Limits of kt_simulation_options.event_evaluations and stall_evaluations. */
 enum {
     KT_EVENT_EVALUATIONS = 4096,       /* the default */
     KT_EVENT_EVALUATIONS_LEAST = 1200, /* the least: nine repetitions of a step, each with 128 values for a root */
-    KT_STEP_EVALUATIONS = 10000 /* in runs by the command: eight times the longest step of tests without a limit */
+    KT_STALL_EVALUATIONS = 10000 /* in runs by the command: eight times the longest step of tests without a limit */
 };
 
 /* Returns options that are zero except for their size: the engine's own equations and projection, no limits. */

@@ -1,8 +1,8 @@
 """completed_steps KINETREE: fixed steps on hard contacts that fail, or in which contacts change without end, are completed by a
 time step. The run reports this once, and the forces of its records obey the laws of contact_oracle.py.
 
-In a random scene of contact_scenes.py, contacts open and close in turns, and slow slip turns. In a second scene, a ball bounces
-between two walls 10,000 times within a step, so that no time step of this length follows it.
+In a random scene of contact_scenes.py, contacts open and close in turns, and slow slip turns. A ball that bounces between two walls
+10,000 times within a step of 1 s is no such step, because the time goes on. With 1e7 impacts a step, no time step follows the ball.
 """
 # SPDX-License-Identifier: Apache-2.0
 import csv
@@ -22,14 +22,16 @@ KINETREE = sys.argv[1]
 STEP, INTERVAL = 1e-3, 1e-4  # s
 RUNS = [(200045, "rk4", 0.005)]  # scene, integrator, duration in s
 WALLS = """kinetree: 1
-gravity: [3, 0, 0]
+gravity: [0, 0, 0]
 bodies:
-  - {name: ball, joint: {type: prismatic, axis: x, position: 5e-4, velocity: 10}, mass: 2}
+  - {{name: ball, joint: {{type: prismatic, axis: x, position: {half:g}, velocity: 10}}, mass: 2}}
 effects:
-  - {type: joint_limit, name: wall, joint: ball, lower: 0, upper: 1e-3, restitution: 1}
-simulate: {duration: 2, step: 1, integrator: rk4}
-output: {interval: 0.125, record: [position, velocity]}
+  - {{type: joint_limit, name: wall, joint: ball, lower: 0, upper: {gap:g}, restitution: 1}}
+simulate: {{duration: 2, step: 1, integrator: rk4}}
+output: {{interval: 0.125, record: [position, velocity]}}
 """
+# The times of 20,000 impacts at 10 m/s are exact to four units of rounding each, 2 s at most.
+ROUNDING = 20000 * 10 * 4 * sys.float_info.epsilon * 2 / 2
 # Within a time step, gaps and rates change, and forces are means.
 WITHIN = ("Newton's law of a body", "Euler's law of a body", "normal forces push", "friction is inside its cone")
 
@@ -72,13 +74,27 @@ claim("fixed_steps_that_fail_or_have_no_end_are_completed", ended)
 claim("the_run_reports_completed_steps_once", reported)
 claim("records_with_means_lie_within_the_completed_step", means)
 claim("records_obey_the_laws_before_within_and_behind_a_completed_step", broken[:10])
-with tempfile.TemporaryDirectory() as place:
-    path = pathlib.Path(place) / "walls.yaml"
-    path.write_text(WALLS)
-    ran = subprocess.run([KINETREE, "run", str(path), "--out", str(path.with_suffix(".csv"))], capture_output=True, text=True)
-    with open(path.with_suffix(".csv")) as file:
-        places = [float(row["position.ball"]) for row in csv.DictReader(file)]
+
+
+def bounce(gap):
+    """Runs a ball that bounces between two walls: the exit status, the summary, the places and the messages."""
+    with tempfile.TemporaryDirectory() as place:
+        path, out, summary = (pathlib.Path(place) / name for name in ("walls.yaml", "walls.csv", "summary.json"))
+        path.write_text(WALLS.format(gap=gap, half=gap / 2))
+        ran = subprocess.run([KINETREE, "run", str(path), "--out", str(out), "--summary", str(summary)], capture_output=True, text=True)
+        with open(out) as file:
+            places = [float(row["position.ball"]) for row in csv.DictReader(file)]
+        return ran.returncode, json.loads(summary.read_text()), places, ran.stderr.strip()[:300]
+
+
+status, summary, places, messages = bounce(1e-3)
+apart = max(abs(x - 5e-4) for x in places)  # each record is a whole number of periods
+note(f"walls 1 mm apart: exit status {status}, {summary['contacts']}, at most {apart:.2e} m off (bound {ROUNDING:.2e})")
+claim("a_run_with_10000_impacts_a_step_goes_on",
+      [] if status == 0 and summary["contacts"]["impacts"] == 20000 and "completed" not in summary["contacts"] and apart <= ROUNDING
+      else [f"exit status {status}, {summary['contacts']}, {apart} m: {messages}"])
+status, summary, places, messages = bounce(1e-6)
 claim("a_run_ends_if_a_time_step_does_not_find_its_impulses",
-      [] if ran.returncode == 4 and "has not found its impulses" in ran.stderr and all(0 <= x <= 1e-3 for x in places)
-      else [f"exit status {ran.returncode}, places {places[:4]} m: {ran.stderr.strip()[:300]}"])
+      [] if status == 4 and "has not found its impulses" in messages and all(0 <= x <= 1e-6 for x in places)
+      else [f"exit status {status}, places {places[:4]} m: {messages}"])
 finish()

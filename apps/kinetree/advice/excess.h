@@ -16,7 +16,7 @@
 /* Sets the error, and returns true, if a record has a value above these limits. Energies are finite below them. Cost:
  * O(coordinates). */
 bool kt_find_excess(const kt_record *record, kt_error *error);
-/* Returns whether a time step that completed a fixed step (kt_simulation_options.step_evaluations) has not found its
+/* Returns whether a time step that completed a fixed step (kt_simulation_options.stall_evaluations) has not found its
  * impulses, and describes it. Bodies may pass through boundaries then, since the step is far too long. */
 bool kt_find_lost_impulses(const kt_simulation *simulation, double time, kt_error *error);
 

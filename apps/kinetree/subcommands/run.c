@@ -362,12 +362,12 @@ static kt_simulation_options choose_simulation_options(const kt_run_arguments *a
 }
 
 uint64_t kt_bound_of_fixed_steps(const kt_outcome *outcome, kt_simulation_options options) {
-    options.step_evaluations = KT_STEP_EVALUATIONS;
+    options.stall_evaluations = KT_STALL_EVALUATIONS;
     options.contact = outcome->scene->contact;
     const bool has_fixed_steps = outcome->run->step > 0.0 && options.contact == KT_CONTACT_EVENTS;
     const bool is_supported = outcome->absolute == NULL && kt_contact_count(outcome->model) > 0 &&
                               kt_simulation_size(outcome->model, outcome->run, &options) > 0;
-    return has_fixed_steps && is_supported ? options.step_evaluations : 0;
+    return has_fixed_steps && is_supported ? options.stall_evaluations : 0;
 }
 
 /* Creates the simulation, with the scene's events. Calls of a program are left out with a warning. */
@@ -404,7 +404,7 @@ static int run_with_names(const kt_run_arguments *arguments, kt_outcome *outcome
     kt_watch_pace(outcome, &options);
     if (status == KT_OK && native != NULL)
         status = kt_native_use(&native->native, outcome->model, &options, &error);
-    options.step_evaluations = kt_bound_of_fixed_steps(outcome, options);
+    options.stall_evaluations = kt_bound_of_fixed_steps(outcome, options);
     if (status == KT_OK)
         status = create_run_simulation(outcome, &options, &error);
     int code = status != KT_OK ? kt_exit_code(status) : -1;

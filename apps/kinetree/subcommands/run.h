@@ -310,8 +310,8 @@ void kt_warn_of_stability(kt_outcome *outcome);
 void kt_watch_motion(kt_outcome *outcome, kt_mode_watch *modes, const kt_record *record);
 void kt_warn_of_motion(kt_outcome *outcome, const kt_mode_watch *modes);
 
-/* Returns the bound of the evaluations of a fixed step on hard contacts (kt_simulation_options.step_evaluations), or 0
- * if the run has no such steps, or if time stepping does not support the scene. */
+/* Returns the bound of evaluations at which a fixed step on hard contacts stalls (stall_evaluations of
+ * kt_simulation_options). Returns 0 if the run has no such steps, or if time stepping does not support the scene. */
 uint64_t kt_bound_of_fixed_steps(const kt_outcome *outcome, kt_simulation_options options);
 
 /* Returns whether the work done is estimated at the ends of steps, to watch the energy. This holds for motions that are

@@ -127,7 +127,7 @@ static kt_status run_second(kt_outcome *outcome, kt_error_walk *walk, const kt_r
     kt_simulated second;
     kt_scene_watch *events = NULL;
     options.unprojected = outcome->unprojected;
-    options.step_evaluations = kt_bound_of_fixed_steps(outcome, options);
+    options.stall_evaluations = kt_bound_of_fixed_steps(outcome, options);
     kt_status status =
         kt_simulate_scene(outcome->scene, outcome->model, run, outcome->absolute, &options, &second, &events, error);
     if (status == KT_OK)

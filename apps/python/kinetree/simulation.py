@@ -37,7 +37,7 @@ class Simulation(Clock, Events, Fixed):  # type: ignore[misc]
         As `Scene.simulation`.
     step_evaluations : int
         The most evaluations of a fixed step on hard contacts: a time step completes a step that would take more, or that fails, and
-        `counts` has the number of such steps as ``completed``. Default: no limit. `Scene.run` has the limit 10,000.
+        `counts` has the number of such steps as ``completed``. Default: no limit. `Scene.run` completes steps that fail or stall.
 
     Attributes
     ----------

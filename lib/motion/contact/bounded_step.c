@@ -8,6 +8,10 @@
  *     n + try + time step <= E     events are followed
  *     otherwise                    one time step (moreau.c) completes the step
  *
+ * A run can wait, if the time goes on: 10,000 impacts within a step may be its true motion, and a time step of this
+ * length would lose them. With kt_simulation_options.stall_evaluations = E, n counts from the last instant that is a
+ * part 1 / PARTS of the step earlier. A step that advances is then never replaced, and one that stalls is.
+ *
  * A time step takes two evaluations, whatever happens within it. Its impulses obey Coulomb's law with the same solver,
  * and its error is of the first order in its length. A try that fails, and that no shorter try replaces, is also
  * replaced by a time step. Events of the caller are found within a time step. Each of them divides the time step.
@@ -27,7 +31,7 @@
 /* Evaluations of a time step and of the slope at its beginning, and of a try besides its stages: the slopes at both
  * ends. The stages of the dense output count, too, because events are sought in it. An implicit method takes a number
  * of evaluations that depends on its iterations: usual tries have room, and a try that needs more is stopped. */
-enum { TIME_STEP = 3, ENDS = 2, IMPLICIT_TRY = 64 };
+enum { TIME_STEP = 3, ENDS = 2, IMPLICIT_TRY = 64, PARTS = 1000 };
 
 /* kt_simulation_memory.leaps: steps are time steps; and the last one has ended, but contacts are not events yet. */
 enum { LEAPS = 1, ENDED = 2 };
@@ -38,14 +42,26 @@ uint64_t kt_step_evaluations_least(const kt_method *method) {
 }
 
 static bool is_bounded(const kt_simulation *simulation) {
-    return simulation->contacts != NULL && simulation->options.step_evaluations > 0;
+    return simulation->contacts != NULL && kt_bounds_steps(&simulation->options);
+}
+
+/* The end of a count that begins at `begun`. limit: 0 for none. */
+static uint64_t end_count(uint64_t begun, uint64_t limit) {
+    return limit == 0 || limit > UINT64_MAX - begun ? UINT64_MAX : begun + limit;
+}
+
+/* The number of evaluations at which the step, or its present part, has used up its bound. */
+static uint64_t find_bound(const kt_simulation *simulation) {
+    const kt_simulation_options *options = &simulation->options;
+    const uint64_t of_step = end_count(simulation->memory.step_begun, options->step_evaluations),
+                   of_part = end_count(simulation->memory.part_begun, options->stall_evaluations);
+    return of_step < of_part ? of_step : of_part;
 }
 
 /* Whether one more try would exceed the bound. */
 static bool is_exhausted(const kt_simulation *simulation) {
     const kt_integrator *it = simulation->integrator;
-    const uint64_t used = it->memory.counts.evaluations - simulation->memory.step_begun;
-    return used + kt_step_evaluations_least(it->method) > simulation->options.step_evaluations;
+    return it->memory.counts.evaluations + kt_step_evaluations_least(it->method) > find_bound(simulation);
 }
 
 /* Lets the integrator take time steps, or steps of its method again. Slopes of the other kind are not valid. */
@@ -91,7 +107,7 @@ static void end_leaps(kt_simulation *simulation) {
 
 /* ---- hooks ------------------------------------------------------------------------------------------------------- */
 
-/* Counts the evaluations of each fixed step from its beginning. */
+/* Counts the evaluations of each fixed step from its beginning, and those of a part of it. */
 static kt_status enter_bounded(kt_simulation *simulation, const kt_step_progress *progress, kt_error *error) {
     const kt_integrator_memory *m = &simulation->integrator->memory;
     kt_simulation_memory *memory = &simulation->memory;
@@ -99,6 +115,12 @@ static kt_status enter_bounded(kt_simulation *simulation, const kt_step_progress
     if ((m->on_grid && m->grid != memory->step_grid) || memory->step_begun > m->counts.evaluations) {
         memory->step_begun = m->counts.evaluations;
         memory->step_grid = m->grid;
+        memory->part_since = -HUGE_VAL;
+    }
+    const double t = kt_integrator_time(simulation->integrator);
+    if (!(fabs(t - memory->part_since) <= simulation->step / PARTS)) {
+        memory->part_begun = m->counts.evaluations;
+        memory->part_since = t;
     }
     simulation->contacts->bounded_end = progress->t_limit;
     (void)error;
@@ -116,9 +138,7 @@ static void prepare_bounded(kt_simulation *simulation, kt_step_progress *progres
         progress->t_limit = simulation->contacts->bounded_end;
     }
     it->exhausted = false;
-    it->evaluations_end = memory->leaps || !kt_method_needs_newton(it->method)
-                              ? 0
-                              : memory->step_begun + simulation->options.step_evaluations - TIME_STEP;
+    it->evaluations_end = memory->leaps || !kt_method_needs_newton(it->method) ? 0 : find_bound(simulation) - TIME_STEP;
 }
 
 static void end_bounded(kt_simulation *simulation) { simulation->integrator->evaluations_end = 0; }

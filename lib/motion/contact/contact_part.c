@@ -468,7 +468,7 @@ const kt_part kt_contact_part = {.is_active = has_contacts,
                                  .check_record = kt_contacts_check_record};
 
 kt_status kt_contacts_init(kt_simulation *simulation, kt_error *error) {
-    const bool steps = simulation->steps_over_contacts, leaps = steps || simulation->options.step_evaluations > 0;
+    const bool steps = simulation->steps_over_contacts, leaps = steps || kt_bounds_steps(&simulation->options);
     kt_status status =
         steps ? kt_load_reject(simulation->model, "contacts", "time stepping does not support this", error) : KT_OK;
     if (status == KT_OK)

@@ -22,7 +22,8 @@
 #define KT_CHECKPOINT_EVENTS(X)                                                                                        \
     X(event_evaluations, "the option 'event_evaluations' at", simulation->events.evaluations)                          \
     X(contact, "the option 'contact' at", simulation->options.contact)                                                 \
-    X(step_evaluations, "the option 'step_evaluations' at", (double)simulation->options.step_evaluations)
+    X(step_evaluations, "the option 'step_evaluations' at", (double)simulation->options.step_evaluations)              \
+    X(stall_evaluations, "the option 'stall_evaluations' at", (double)simulation->options.stall_evaluations)
 
 /* The settings on which steps and records after a checkpoint depend: name, words, value. One list writes, compares and
  * reports all settings. */

@@ -60,7 +60,7 @@
     X(stopped, 0.0, (double)of->events.count)                                                                          \
     X(set, KT_BLOCK_ANY)                                                                                               \
     KT_MEMORY_EVENT_WORDS(X)                                                                                           \
-    X(leaps, 0.0, of->options.step_evaluations > 0 ? 2.0 : 0.0)                                                        \
+    X(leaps, 0.0, kt_bounds_steps(&of->options) ? 2.0 : 0.0)                                                           \
     X(beyond, 0.0, kt_simulation_contact_events(of) > 0)                                                               \
     X(fires, 0.0, of->events.count > 0)
 
@@ -104,6 +104,8 @@
     X(retried_since, KT_BLOCK_ANY)                                                                                     \
     X(step_grid, KT_BLOCK_ANY)                                                                                         \
     X(step_begun, KT_BLOCK_COUNT)                                                                                      \
+    X(part_since, KT_BLOCK_ANY)                                                                                        \
+    X(part_begun, KT_BLOCK_COUNT)                                                                                      \
     X(contacts.completed, KT_BLOCK_COUNT)                                                                              \
     X(completed.time, KT_BLOCK_ANY)                                                                                    \
     X(completed.records, KT_BLOCK_COUNT)                                                                               \

@@ -59,7 +59,7 @@ static kt_status check_simulation_options(const kt_simulation_options *options, 
 
 /* Whether contacts are resolved by time steps, always or to bound a step. */
 static bool takes_time_steps(const kt_simulation_options *options) {
-    return options->contact == KT_CONTACT_STEPS || options->step_evaluations > 0;
+    return options->contact == KT_CONTACT_STEPS || kt_bounds_steps(options);
 }
 
 /* Rejects Poisson's rule, which time steps do not support. */
@@ -68,23 +68,33 @@ static kt_status reject_poisson(const kt_model *model, kt_error *error) {
         if (model->loop[i].poisson)
             return kt_error_set(error, KT_ERROR_UNSUPPORTED, "contact",
                                 "'%.60s' follows Poisson's rule, and time stepping Newton's; leave `poisson` out, or "
-                                "take contact: events without step_evaluations",
+                                "take contact: events without step_evaluations and stall_evaluations",
                                 kt_loop_name(model, (int)i));
     return KT_OK;
 }
 
-/* Checks the bound of the evaluations of a fixed step. */
-static kt_status check_step_evaluations(const kt_model *model, const kt_simulation_request *settings, kt_error *error) {
-    const uint64_t given = settings->options.step_evaluations, least = kt_step_evaluations_least(settings->method);
+/* Checks a bound of the evaluations of a fixed step, or of a part of it. */
+static kt_status check_bound(const kt_simulation_request *settings, const char *name, uint64_t given, kt_error *error) {
+    const uint64_t least = kt_step_evaluations_least(settings->method);
     if (given == 0)
         return KT_OK;
     if (given < least)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "step_evaluations", "%.0f: must be 0, or %.0f or more with %s",
-                            (double)given, (double)least, settings->method->name);
+        return kt_error_set(error, KT_ERROR_ARGUMENT, name, "%.0f: must be 0, or %.0f or more with %s", (double)given,
+                            (double)least, settings->method->name);
     if (!(settings->run.step > 0.0) || settings->options.contact != KT_CONTACT_EVENTS)
-        return kt_error_set(error, KT_ERROR_ARGUMENT, "step_evaluations",
+        return kt_error_set(error, KT_ERROR_ARGUMENT, name,
                             "it bounds fixed steps with contact: events; give a step, or leave it out");
-    const kt_status status = kt_load_reject(model, "contacts", "time stepping does not support this", error);
+    return KT_OK;
+}
+
+/* Checks bounds of the evaluations of fixed steps, and whether time steps support the model. */
+static kt_status check_bounds(const kt_model *model, const kt_simulation_request *settings, kt_error *error) {
+    kt_status status = check_bound(settings, "step_evaluations", settings->options.step_evaluations, error);
+    if (status == KT_OK)
+        status = check_bound(settings, "stall_evaluations", settings->options.stall_evaluations, error);
+    if (status != KT_OK || !kt_bounds_steps(&settings->options))
+        return status;
+    status = kt_load_reject(model, "contacts", "time stepping does not support this", error);
     return status == KT_OK ? reject_poisson(model, error) : status;
 }
 
@@ -167,7 +177,7 @@ static kt_status read_options(const kt_model *model, const kt_run *run, const kt
     if (status == KT_OK && settings->options.contact != KT_CONTACT_EVENTS)
         status = check_time_stepping_options(model, settings, error);
     if (status == KT_OK)
-        status = check_step_evaluations(model, settings, error);
+        status = check_bounds(model, settings, error);
     if (status == KT_OK)
         status = reject_massless_options(model, &settings->options, error);
     if (status != KT_OK)

@@ -81,6 +81,8 @@ typedef struct kt_simulation_memory {
     int64_t leaps;        /* contacts are resolved by time steps at present (contact/bounded_step.c) */
     int64_t step_grid;    /* the point of the grid at which the present step began, and */
     uint64_t step_begun;  /* the evaluations before it (step_evaluations) */
+    double part_since;    /* s, the instant from which evaluations of a part of a step count, and */
+    uint64_t part_begun;  /* the evaluations before it (stall_evaluations) */
     int64_t beyond, fires; /* a contact is beyond its boundary since the start; events have not taken effect yet */
 } kt_simulation_memory;
 

@@ -146,6 +146,11 @@ struct kt_simulation {
     kt_simulation_memory memory; /* the last member: here the block of the persistent state begins */
 };
 
+/* Whether time steps complete fixed steps on hard contacts that take too many evaluations (contact/bounded_step.c). */
+static inline bool kt_bounds_steps(const kt_simulation_options *options) {
+    return options->step_evaluations > 0 || options->stall_evaluations > 0;
+}
+
 /* The block of the persistent state, and its bytes. */
 static inline char *kt_simulation_block(const kt_simulation *simulation) {
     return (char *)simulation + offsetof(kt_simulation, memory);
@@ -159,9 +164,9 @@ static inline size_t kt_simulation_block_size(const kt_simulation_sizes *size) {
 /* Rounding of times. Events, contacts and breakpoints derive limits of times, and of speeds, from three numbers.
  * Integrators and records have roundings of their own.
  *
- *     kt_time_width       the width to which the root of an event is enclosed at the time t, 4 units of rounding
- *     kt_time_together    roots of one state lie within two such widths of each other
- *     kt_time_step        no step is shorter than 16 such widths */
+ *     kt_time_width       The width to which the root of an event is enclosed at the time t: 4 units of rounding.
+ *     kt_time_together    Roots of one state lie within two such widths of each other.
+ *     kt_time_step        No step is shorter than 16 such widths. */
 static inline double kt_time_width(double t) { return 4.0 * DBL_EPSILON * fabs(t); }
 static inline double kt_time_together(double t) { return 2.0 * kt_time_width(t); }
 static inline double kt_time_step(double t) { return 16.0 * kt_time_width(t); }

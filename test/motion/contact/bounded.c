@@ -2,6 +2,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/simulation.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,6 +15,11 @@
 
 enum { TICKS = 200, CALM = 300 };
 static const double tick = 1e-3, mass = 2.0, height = 0.1;
+
+typedef struct kt_counts_of_walls {
+    kt_contact_counts contacts;
+    double evaluations, place;
+} kt_counts_of_walls;
 
 /* A box on four corners, above the plane z = 0, which slides along x. */
 static void make_box_of(kt_parsed *m, double factor, double above, double speed, double friction, double restitution) {
@@ -309,6 +315,44 @@ KT_TEST(bounded_runs_resume_at_each_record) {
     kt_check_equal_int("records within a time step", (int64_t)kt_simulation_completed_steps(two[now]).records,
                        (int64_t)kt_simulation_completed_steps(one).records);
     (void)kt_scene_check_equal("motion", two[now], one);
+}
+
+/* A ball between two walls, without gravity, at 1 m/s and 1 mm from wall to wall: 1,000 impacts in one step of 1 s. */
+static kt_counts_of_walls step_between_walls(uint64_t of_step, uint64_t of_part) {
+    kt_counts_of_walls found;
+    kt_error error = {0};
+    kt_parsed m;
+    kt_run run = kt_run_fixed("rk4", 1.0, 10.0);
+    kt_simulation_options options = kt_simulation_options_default();
+    options.step_evaluations = of_step;
+    options.stall_evaluations = of_part;
+    kt_parsed_make(&m, "kinetree: 1\ngravity: [0, 0, 0]\nbodies:\n  - {name: ball, mass: 2, joint: {type: prismatic, "
+                       "axis: x, position: 5e-4, velocity: 1}}\neffects:\n  - {type: joint_limit, name: wall, joint: "
+                       "ball, lower: 0, upper: 1e-3, restitution: 1}\n");
+    kt_simulation *simulation = kt_test_simulation(m.model, &run, &options);
+    kt_need_fine("a step", kt_simulation_tick(simulation, 1.0, &error), &error);
+    found.contacts = kt_simulation_contacts(simulation);
+    found.evaluations = (double)kt_simulation_counts_of(simulation).evaluations;
+    found.place = kt_simulation_positions(simulation)[0];
+    return found;
+}
+
+/* A bound of a whole step ends the impacts within it. A bound of its parts does not, because the time goes on: 1,000
+ * impacts later, the ball is where it began. Parts in which the time stalls are bounded. */
+KT_TEST(steps_that_advance_are_not_completed_and_steps_that_stall_are) {
+    const kt_counts_of_walls free = step_between_walls(0, 0), step = step_between_walls(200, 0),
+                             part = step_between_walls(0, 200), both = step_between_walls(200, 200),
+                             stall = step_between_walls(0, 9);
+    kt_check_above("evaluations without a bound", free.evaluations, 2000.0);
+    kt_check_equal_int("impacts in a whole step", (int64_t)part.contacts.impacts, 1000);
+    kt_check_equal_int("completed", (int64_t)part.contacts.completed, 0);
+    kt_check_equal_bits("place", &part.place, &free.place, 1);
+    kt_check_near("place, m", part.place, 5e-4, 1000.0 * 4.0 * DBL_EPSILON); /* roundings of the times of impacts */
+    kt_check_equal_int("completed: bound of a step", (int64_t)step.contacts.completed, 1);
+    kt_check_below("evaluations", step.evaluations, 201.0);
+    kt_check_equal_int("completed: both bounds", (int64_t)both.contacts.completed, 1);
+    kt_check_below("evaluations", both.evaluations, 201.0);
+    kt_check_equal_int("completed: a part that stalls", (int64_t)stall.contacts.completed, 1);
 }
 
 KT_TEST(bounds_that_cannot_hold_are_rejected) {
