@@ -96,7 +96,7 @@ typedef struct kt_simulation_options {
                           method, derivatives and watch_works are then those of a simulation without it */
     uint64_t
         steps_per_call; /* the number of steps, accepted and rejected together, that one call of kt_simulation_step,
-                                kt_simulation_advance or kt_simulation_tick may take; 0: no limit. A call that needs more
+                                kt_simulation_advance or kt_simulation_tick may take; 0: no limit. A call with more
                                 fails with KT_ERROR_STEP and names the event or contact. The next call goes on */
     uint64_t step_evaluations; /* the number of evaluations of the accelerations that a fixed step (kt_run.step) on hard
                                   contacts may take, all its parts together; 0: no limit. If a step would take more,

@@ -184,12 +184,20 @@ static bool is_slower_than_rest(const kt_simulation *simulation, int k) {
  * friction holds such a contact, nothing closes this gap. It may exceed the gaps that touch, but the contact touches
  * until it parts. Therefore a gap above half of those that touch moves the boundary with it (kt_contact_touches). Less
  * the rounding of the gap: otherwise rounding would close the contact again and again, such as the fourth corner of a
- * foot that three corners hold. */
+ * foot that three corners hold.
+ *
+ * A contact that bounces is beyond its boundary by the speed times the rounding of the time. A bounce at the speed u
+ * leaves the boundary by about (u T)^2 / l, with the mechanism's own time T and the contact's unit l. If this is not
+ * much more than the depth, the contact might stay beyond, and closes at its present gap. Otherwise it closes at its
+ * boundary: if each bounce moved it, boundaries would recede, by 1e-11 m in 20,000 bounces at 10 m/s. */
 double kt_contact_closing_gap(const kt_simulation *simulation, int k) {
     const struct kt_contacts *c = simulation->contacts;
+    static const double much = 1e-3;
     const double gap = c->gap[c->list[k]], below = 0.5 * kt_contact_touching * c->item[c->list[k]].unit;
-    return is_slower_than_rest(simulation, k) ? fmin(fmax(gap - below, 0.0), gap) - rounding_of_gap(simulation, k)
-                                              : fmin(0.0, gap);
+    if (is_slower_than_rest(simulation, k))
+        return fmin(fmax(gap - below, 0.0), gap) - rounding_of_gap(simulation, k);
+    const double leaves = c->u[k] * simulation->memory.own_time;
+    return -gap * c->item[c->list[k]].unit <= much * leaves * leaves ? 0.0 : fmin(0.0, gap);
 }
 
 /* The error of the gap of row k that adaptive steps may make: the largest tolerance of a position in it. */
