@@ -19,7 +19,7 @@
 static const double rounding = 1e-12;
 
 /* Whether a force on one item changes a rate of the other. */
-static bool are_coupled(const kt_coulomb *c, const kt_coulomb_item *a, const kt_coulomb_item *b) {
+static bool changes_rate(const kt_coulomb *c, const kt_coulomb_item *a, const kt_coulomb_item *b) {
     for (int r = 0; r < kt_coulomb_rows(a); r++)
         for (int s = 0; s < kt_coulomb_rows(b); s++)
             if (fabs(kt_coulomb_coupling(c, kt_coulomb_row_of(a, r), kt_coulomb_row_of(b, s))) > rounding)
@@ -27,21 +27,22 @@ static bool are_coupled(const kt_coulomb *c, const kt_coulomb_item *a, const kt_
     return false;
 }
 
-/* Lists the items by blocks in solver->place, and the end of each block in solver->end. Returns the number of blocks.
- * Items that are listed find those that are coupled with them. */
-static int list_blocks(const kt_coulomb *c, kt_coulomb_solver *solver) {
+/* Items that are listed find those that are coupled with them. W of contacts that slip is not symmetric (slip.c). */
+int kt_coulomb_list_blocks(const kt_coulomb *c, int *place, int *end) {
     int blocks = 0, listed = 0;
     for (int i = 0; i < c->n; i++)
-        solver->place[i] = i;
+        place[i] = i;
     for (int next = 0; next < c->n; blocks++) {
         for (listed = next + 1; next < listed; next++)
-            for (int i = listed; i < c->n; i++)
-                if (are_coupled(c, &c->item[solver->place[next]], &c->item[solver->place[i]])) {
-                    const int other = solver->place[listed];
-                    solver->place[listed++] = solver->place[i];
-                    solver->place[i] = other;
-                }
-        solver->end[blocks] = listed;
+            for (int i = listed; i < c->n; i++) {
+                const kt_coulomb_item *a = &c->item[place[next]], *b = &c->item[place[i]];
+                if (!changes_rate(c, a, b) && !changes_rate(c, b, a))
+                    continue;
+                const int other = place[listed];
+                place[listed++] = place[i];
+                place[i] = other;
+            }
+        end[blocks] = listed;
     }
     return blocks;
 }
@@ -68,7 +69,7 @@ static void add_block(const kt_coulomb *c, const kt_coulomb_solution *part, cons
 bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent, kt_coulomb_solution *solution,
                       uint64_t *steps) {
     assert(solution != solver->part);
-    const int n = c->n, blocks = c->W != NULL ? list_blocks(c, solver) : 1;
+    const int n = c->n, blocks = c->W != NULL ? kt_coulomb_list_blocks(c, solver->place, solver->end) : 1;
     if (blocks < 2)
         return kt_coulomb_solve_block(c, solver, independent, solution, steps);
     bool found = true;

@@ -295,51 +295,63 @@ static kt_status find_response(const kt_model *model, kt_data *data, const kt_dy
             column[i * rows] = i % 3 == 0 ? -p->N[index] : p->rate[2 * index + i % 3 - 1];
         }
     }
-    for (size_t k = 0; status == KT_OK && k < n; k++) {
-        const size_t index = kt_slip_index(p, k);
+    for (size_t k = 0; status == KT_OK && k < n; k++)
         p->W_at[3 * k * rows + 3 * k] = 1.0;
-        p->c->b[3 * k] = -p->N0[index] / p->at->unit;
-    }
     return status;
 }
 
-/* Finds N of an island and the directions e from the responses. wide: with the length of fixed steps. */
-static kt_status solve_predicted(const kt_model *model, kt_data *data, double t, bool wide, kt_error *error) {
+/* Finds N of a block and the directions e from the responses. wide: with the length of fixed steps. */
+static kt_status solve_predicted(const kt_model *model, kt_data *data, double t, bool wide, bool *found,
+                                 kt_error *error) {
     kt_slip_problem *p = kt_slip_problem_of(data);
     const size_t n = p->at->n;
-    const bool found = p->at->found = kt_slip_predict(data, p, wide);
-    for (size_t k = 0; found && k < n; k++)
+    *found = kt_slip_predict(data, p, wide);
+    for (size_t k = 0; *found && k < n; k++)
         memcpy(data->slip_direction + 2 * kt_slip_index(p, k), p->to.e[k], sizeof p->to.e[k]);
     for (size_t k = 0; k < n; k++) {
         const size_t index = kt_slip_index(p, k);
         const double *e = data->slip_direction + 2 * index, mu = coefficient_of_slip(data, index);
         for (size_t i = 0; i < n; i++) {
-            const double *G = p->W_at + 3 * i * 3 * n + 3 * k + 1;
+            const double *G = p->W_at + 3 * i * p->stride + 3 * k + 1;
             data->slip_matrix[k * n + i] = (i == k ? 1.0 : 0.0) - mu * (G[0] * e[0] + G[1] * e[1]);
         }
-        data->slip_matrix[n * n + k] = -p->c->b[3 * k] * p->at->unit;
+        data->slip_matrix[n * n + k] = p->N0[index];
     }
     return solve_slip(model, data, t, error);
 }
 
-/* Finds N of an island if some slip is slow, and the corresponding directions e. Friction may wedge a contact in the
- * direction that fixed steps predict, but not in the contact's present direction. */
-static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
-                           kt_error *error) {
+/* Finds N of a block, and the directions e. Friction may wedge a contact in the direction that fixed steps predict, but
+ * not in the contact's present direction. */
+static kt_status find_slow_block(const kt_model *model, kt_data *data, double t, kt_error *error) {
     kt_slip_problem *p = kt_slip_problem_of(data);
-    begin_slow_island(p);
-    kt_status status = find_response(model, data, at, a, p, error);
-    if (status != KT_OK)
-        return status;
-    status = solve_predicted(model, data, at->t, true, error);
+    bool found;
+    kt_status status = solve_predicted(model, data, t, true, &found, error);
     if (status == KT_ERROR_SINGULAR && kt_slip_predicts_wide(data, p)) {
         p->wedged = model->n.slip;
         for (size_t k = 0; k < p->at->n; k++)
             set_slip_direction(data, kt_slip_index(p, k));
-        status = solve_predicted(model, data, at->t, false, error);
+        status = solve_predicted(model, data, t, false, &found, error);
     }
-    p->found = p->found && p->at->found;
-    data->unconverged += !p->at->found;
+    for (size_t k = 0; k < p->at->n; k++)
+        p->predicted[kt_slip_index(p, k)] = p->predicted[kt_slip_index(p, k)] && found;
+    p->found = p->found && found;
+    data->unconverged += !found;
+    return status;
+}
+
+/* Finds N of an island if some slip is slow, and the corresponding directions e, one block of W after the other. */
+static kt_status find_slow(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                           kt_error *error) {
+    kt_slip_problem *p = kt_slip_problem_of(data);
+    kt_slip_island *island = p->at;
+    begin_slow_island(p);
+    kt_status status = find_response(model, data, at, a, p, error);
+    const int blocks = status == KT_OK ? kt_slip_sort_blocks(data, p) : 0;
+    for (int k = 0; k < blocks && status == KT_OK; k++) {
+        kt_slip_select_block(model, p, island, k);
+        status = find_slow_block(model, data, at->t, error);
+    }
+    p->at = island;
     return status;
 }
 
@@ -360,7 +372,6 @@ static bool find_directions(const kt_model *model, kt_data *data, const kt_dynam
     for (size_t i = 0; i < p->islands; i++) {
         p->at = &p->island[i];
         p->at->is_slow = false;
-        p->at->found = true;
         for (size_t k = 0; k < p->at->n && !p->at->is_slow; k++)
             p->at->is_slow = is_slow_slip(data, kt_slip_index(p, k));
         any = any || p->at->is_slow;

@@ -22,6 +22,9 @@ static const double kt_slip_rest = 1e-9;
     X(int, order, n, "their indices, island by island")                                                                \
     X(kt_slip_island, island, n, "islands with contacts that slip")                                                    \
     X(int, place, count->group, "scratch: of the contacts of an island in this order")                                 \
+    X(int, responded, n, "the contacts in the order of their responses, island by island")                             \
+    X(int, coupled, most, "scratch: contacts of an island by blocks of W (kt_coulomb_list_blocks)")                    \
+    X(int, end, most, "of each of these blocks")                                                                       \
     X(double, column, kt_half_response_count(count->island_v, 2 * most), "of unit forces: half columns in each group") \
     X(kt_half_force, force, 2 * most, "units of force along each axis of each contact")                                \
     X(double, unit_force, 2 * most * count->v, "joint forces of these")                                                \
@@ -57,12 +60,11 @@ typedef struct kt_slip_contact {
     const kt_effect_record *effect;
 } kt_slip_contact;
 
-/* The contacts of an island that slip. */
+/* The contacts of an island that slip, or of a block of its W. */
 typedef struct kt_slip_island {
     int32_t index;   /* kt_group.island */
     size_t first, n; /* in `order` */
     bool is_slow;    /* some slip is slow: */
-    bool found;      /* directions of the island's slow slip are found */
     double unit;
 } kt_slip_island;
 
@@ -79,11 +81,14 @@ typedef struct kt_slip_problem {
     size_t wedged;     /* the contact that friction wedged in the last evaluation; n: none */
     size_t per;        /* directions of each contact: one, along e, or two, along both axes */
     size_t islands;
-    kt_slip_island *at; /* the present one, of the arrays with room for `most` contacts */
-    double *W_at;       /* the present island's part of W */
+    bool is_sorted;       /* the contacts of an island are sorted by blocks of W */
+    kt_slip_island *at;   /* the present one, of the arrays with room for `most` contacts */
+    kt_slip_island block; /* a block of its W; `at` may point to the block */
+    double *W_at;         /* the present part of W, */
+    size_t stride;        /* with so many numbers in a row */
     kt_coulomb *c;
     kt_coulomb_solution *all, *held;
-    kt_coulomb_solution to;      /* the part of `all` of the present island */
+    kt_coulomb_solution to;      /* the present part of `all` */
     const kt_loop_record *loops; /* loops of the model whose contacts are in `contact`, */
     const kt_effect_record *effects;
     uint64_t slips; /* kt_model.slips of that model */
@@ -125,6 +130,10 @@ void kt_slip_init(const kt_model *model, kt_data *data);
 void kt_slip_begin(const kt_model *model, kt_data *data);
 void kt_slip_begin_slow(const kt_model *model, kt_slip_problem *p);
 void kt_slip_select(const kt_model *model, kt_slip_problem *p, kt_slip_island *island);
+/* Sorts the contacts of the present island, whose W is known, by blocks of W. Returns the number of blocks. Selects a
+ * block of an island that is sorted. */
+int kt_slip_sort_blocks(const kt_data *data, kt_slip_problem *p);
+void kt_slip_select_block(const kt_model *model, kt_slip_problem *p, kt_slip_island *island, int block);
 
 /* The largest speed of a joint, m/s, whose turn moves points by up to the mechanism's length. */
 double kt_largest_speed(const kt_model *model, const double *v);
@@ -165,10 +174,12 @@ typedef struct kt_slip_fate {
  * slip `fades`. */
 double kt_slip_limited_time(const kt_coulomb *c, int i, const double *held, int slow_ones, const kt_slip_fate *of,
                             bool holds, bool fades);
-/* Writes predicted directions of slow slip to p->to.e, for the present island. The island's W and its rates without
+/* Writes predicted directions of slow slip to p->to.e, for the present block of an island. Its W and its rates without
  * friction are inputs. If `wide`, contacts under fixed steps have the length of these steps as tau0. Returns false if
  * there is no solution. */
 bool kt_slip_predict(const kt_data *data, kt_slip_problem *p, bool wide);
+/* Lists the contacts of the present island by blocks of W: p->coupled and p->end. Returns the number of blocks. */
+int kt_slip_list_blocks(const kt_data *data, kt_slip_problem *p);
 /* Whether some of the last directions were predicted with the length of fixed steps. */
 bool kt_slip_predicts_wide(const kt_data *data, const kt_slip_problem *p);
 

@@ -75,7 +75,7 @@ static void differentiate_prediction(const kt_data *data, const kt_slip_problem 
 static void pose_changes(const kt_model *model, const kt_data *data, kt_slip_problem *p, size_t k) {
     const size_t m = 3 * p->at->n, row = 3 * k + 1, index = kt_slip_index(p, k);
     const double *e = p->to.e[k], mu = kt_slip_friction(model, index), N = p->to.p[row - 1];
-    const bool predicted = p->predicted[index] && p->at->found;
+    const bool predicted = p->predicted[index];
     const bool rests = predicted && p->to.mode[k] == KT_COULOMB_STICK;
     const double sigma = predicted ? p->to.u[row] * e[0] + p->to.u[row + 1] * e[1] : 1.0;
     double across[2][2], right[2][2];

@@ -58,6 +58,7 @@ static void find_contacts(const kt_model *model, kt_slip_problem *p) {
             *next++ = (kt_slip_contact){loop, effect = next_effect(model, effect, loop->slips - 1)};
     }
     sort_contacts(model, p);
+    p->is_sorted = false;
     p->loops = model->loop;
     p->effects = model->effect;
     p->slips = model->slips;
@@ -75,19 +76,68 @@ void kt_slip_begin(const kt_model *model, kt_data *data) {
     kt_slip_problem *p = kt_slip_problem_of(data);
     if (p->slips != model->slips || p->loops != model->loop || p->effects != model->effect)
         find_contacts(model, p); /* data serve all models of one shape */
+    else if (p->is_sorted)
+        sort_contacts(model, p);
+    p->is_sorted = false;
     p->wedged = model->n.slip;
+}
+
+/* Selects the part of the solution of the present contacts. */
+static void select_solution(kt_slip_problem *p) {
+    const size_t first = p->at->first;
+    p->to = *p->all;
+    p->to.mode += first;
+    p->to.e += first;
+    p->to.p += 3 * first;
+    p->to.u += 3 * first;
 }
 
 void kt_slip_select(const kt_model *model, kt_slip_problem *p, kt_slip_island *island) {
     p->at = island;
     p->W_at = p->W + 9 * kt_slip_most(&model->n) * island->first;
-    if (!island->is_slow)
-        return;
-    p->to = *p->all;
-    p->to.mode += island->first;
-    p->to.e += island->first;
-    p->to.p += 3 * island->first;
-    p->to.u += 3 * island->first;
+    p->stride = 3 * island->n;
+    if (island->is_slow)
+        select_solution(p);
+}
+
+/* Lets two contacts of the present island change places. */
+static void swap_contacts(kt_slip_problem *p, size_t i, size_t j) {
+    int *order = p->order + p->at->first;
+    const int contact = order[i];
+    order[i] = order[j];
+    order[j] = contact;
+    for (size_t r = 0; r < 3; r++) {
+        for (size_t k = 0; k < p->stride; k++)
+            kt_coulomb_swap(p->W_at + (3 * i + r) * p->stride + k, p->W_at + (3 * j + r) * p->stride + k);
+        for (size_t k = 0; k < p->stride; k++)
+            kt_coulomb_swap(p->W_at + k * p->stride + 3 * i + r, p->W_at + k * p->stride + 3 * j + r);
+    }
+}
+
+/* Contact i of the new order is contact coupled[i] of the old one, which may have changed places before. */
+int kt_slip_sort_blocks(const kt_data *data, kt_slip_problem *p) {
+    const int blocks = p->at->n > 1 ? kt_slip_list_blocks(data, p) : 1;
+    p->end[blocks - 1] = (int)p->at->n;
+    for (size_t i = 0; blocks > 1 && i < p->at->n; i++) {
+        size_t j = (size_t)p->coupled[i];
+        while (j < i)
+            j = (size_t)p->coupled[j];
+        if (j != i)
+            swap_contacts(p, i, j);
+    }
+    p->is_sorted = p->is_sorted || blocks > 1;
+    return blocks;
+}
+
+void kt_slip_select_block(const kt_model *model, kt_slip_problem *p, kt_slip_island *island, int block) {
+    const size_t begin = block > 0 ? (size_t)p->end[block - 1] : 0;
+    kt_slip_select(model, p, island);
+    p->block = *island;
+    p->block.first += begin;
+    p->block.n = (size_t)p->end[block] - begin;
+    p->at = &p->block;
+    p->W_at += 3 * begin * (p->stride + 1);
+    select_solution(p);
 }
 
 void kt_slip_begin_slow(const kt_model *model, kt_slip_problem *p) {

@@ -35,7 +35,7 @@
  * forces across it. Steps of length h are unstable where this rate exceeds about 2 / h. A turn of the body that should
  * fade then grows until it is as fast as the slip, and the energy grows with it. With
  *
- *     tau0 = h,   s0 = h sum mu N W   over the slip of an island
+ *     tau0 = h,   s0 = h sum mu N W   over the slip of a block of W
  *
  * and x = |s| / s0, the rate is at most 1 / (h ((1 - x)^2 + x)) <= 4 / (3 h). The velocity is off by h s0 times the
  * rate at which e turns, of order h^2. Straight slip has no error. A prediction shows whether slip grows,
@@ -105,11 +105,13 @@ static double largest_prediction_time(const kt_data *data, const kt_slip_problem
     return p->wide ? kt_slip_prediction_time(data, index, &grows) : adaptive_prediction_time(data, index);
 }
 
-/* Sets the contacts of an island, with their present directions and the rates of slip without friction. */
-static void set_items(const kt_data *data, kt_slip_problem *p) {
+/* Sets the present contacts, with their directions and the rates of slip without friction. The rows of normal forces
+ * are multiplied by `scale`. */
+static void set_items(const kt_data *data, kt_slip_problem *p, double scale) {
     kt_coulomb *c = p->c;
     c->n = (int)p->at->n;
-    c->rows = c->stride = 3 * c->n;
+    c->rows = 3 * c->n;
+    c->stride = (int)p->stride;
     c->W = p->W_at;
     for (int i = 0; i < c->rows; i++)
         c->line[i] = i;
@@ -117,6 +119,7 @@ static void set_items(const kt_data *data, kt_slip_problem *p) {
         const double *e = data->slip_direction + 2 * kt_slip_index(p, k);
         p->to.mode[k] = KT_COULOMB_SLIP;
         memcpy(p->to.e[k], e, sizeof p->to.e[k]);
+        c->b[3 * k] = -scale * (p->N0[kt_slip_index(p, k)] / p->at->unit);
         for (size_t i = 0; i < 2; i++)
             c->b[3 * k + 1 + i] = p->rate0[2 * kt_slip_index(p, k) + i] + p->drift[2 * kt_slip_index(p, k) + i];
         c->item[k] = (kt_coulomb_item){.type = KT_COULOMB_SLIPS,
@@ -284,21 +287,28 @@ static double scale_of_normals(const kt_slip_problem *p) {
     double most = 0.0, steady = 0.0;
     for (size_t i = 0; i < rows; i++) {
         const size_t slip = 2 * kt_slip_index(p, i / 3) + i % 3 - 1;
-        most = i % 3 == 0 ? most : fmax(most, p->W_at[i * rows + i]);
+        most = i % 3 == 0 ? most : fmax(most, p->W_at[i * p->stride + i]);
         steady = i % 3 == 0 ? steady : fmax(steady, fabs(p->rate0[slip] + p->drift[slip]));
     }
     most = most > rounding * steady ? most : steady;
     return most > 0.0 && isfinite(most) ? exp2(floor(log2(most))) : 1.0;
 }
 
-/* Multiplies the normal rows of the problem by a factor. */
+/* Multiplies the normal rows of W by a factor. */
 static void scale_normals(kt_slip_problem *p, double by) {
     const size_t rows = 3 * p->at->n;
-    for (size_t i = 0; i < rows; i += 3) {
-        p->c->b[i] *= by;
+    for (size_t i = 0; i < rows; i += 3)
         for (size_t j = 0; j < rows; j++)
-            p->W_at[i * rows + j] *= by;
-    }
+            p->W_at[i * p->stride + j] *= by;
+}
+
+int kt_slip_list_blocks(const kt_data *data, kt_slip_problem *p) {
+    const double scale = scale_of_normals(p);
+    scale_normals(p, scale);
+    set_items(data, p, scale);
+    const int blocks = kt_coulomb_list_blocks(p->c, p->coupled, p->end);
+    scale_normals(p, 1.0 / scale);
+    return blocks;
 }
 
 bool kt_slip_predict(const kt_data *data, kt_slip_problem *p, bool wide) {
@@ -309,7 +319,7 @@ bool kt_slip_predict(const kt_data *data, kt_slip_problem *p, bool wide) {
     for (size_t k = 0; k < p->at->n; k++)
         p->fades[kt_slip_index(p, k)] = !wide && is_unresolved(data, kt_slip_index(p, k));
     for (int i = 0; i == 0 || (i <= PREDICTIONS && find_fading(data, p, holds, found)); i++) {
-        set_items(data, p);
+        set_items(data, p, scale);
         if (i == 1 || (i == 0 && !wide))
             find_slowing(p);
         predict_directions(data, p, &holds);

@@ -93,6 +93,7 @@ static bool is_part(const kt_model *model, const kt_data *data, const kt_slip_pr
 void kt_slip_find_responses(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
     const size_t n = p->at->n, count = p->per * n;
     double *column = p->column, *change = p->change;
+    memcpy(p->responded + p->at->first, p->order + p->at->first, n * sizeof *p->order);
     find_unit_forces_of_slip(model, data, p);
     if (p->per == 2)
         memset(p->by_rate, 0, count * count * sizeof *p->by_rate);
@@ -121,7 +122,7 @@ void kt_slip_add_friction(const kt_model *model, kt_data *data, kt_slip_problem 
     const size_t count = p->per * p->at->n;
     double *column = p->column, *change = p->change;
     for (size_t j = 0; j < count; j++) {
-        const size_t k = kt_slip_index(p, j / p->per);
+        const size_t k = (size_t)p->responded[p->at->first + j / p->per];
         const double along = p->per == 2 ? data->slip_direction[2 * k + j % 2] : 1.0;
         p->factor[j] = -p->contact[k].effect->friction * data->slip_normal[k] * along;
     }

@@ -78,6 +78,7 @@ typedef struct kt_contact {
     X(char, solution_memory, s->solution, "its solution")                                                              \
     X(char, solver_memory, s->solver, "its solver")                                                                    \
     X(int, posed, s->most_items, "the first row of each of its items in the list")                                     \
+    X(int, block, s->most_rows, "of rows that may have a force: their block of W (friction.c); of others -1")          \
     X(double, ahead, s->most_items, "tau of slow slip of each of its items (slip_prediction.c), s")                    \
     X(double, fading, s->most_items, "tau of each if its slip does not grow, s")                                       \
     X(char, data_memory, s->data, "data of the model in which all contacts are closed")                                \
@@ -136,6 +137,7 @@ struct kt_contacts {
     kt_coulomb *problem;
     kt_coulomb_solution *solution;
     kt_coulomb_solver *solver;
+    int present;            /* the block whose forces are solved (friction.c) */
     bool rubs;              /* some contacts have friction */
     double bounded_end;     /* s, the end of the present step before contacts shorten it (bounded_step.c) */
     double window;          /* s, in which impacts accumulate; 0: they do not */

@@ -90,12 +90,18 @@ static bool predicts_wide(const kt_simulation *simulation) {
     return simulation->step > 0.0 && simulation->integrator->options.newton == NULL && simulation->model->n.slip > 0;
 }
 
-/* The rate at which friction changes slip in the island of contact k, m/s^2. */
+/* Whether two contacts slip, and act on each other. */
+static bool slip_together(const kt_simulation *simulation, int i, int k) {
+    return kt_contact_is_slipping(simulation, i) && kt_contact_is_slipping(simulation, k) &&
+           simulation->contact_state[i].block == simulation->contact_state[k].block;
+}
+
+/* The rate at which friction changes slip in the block of contact k, m/s^2. */
 static double rate_of_friction(const kt_simulation *simulation, int k) {
     const struct kt_contacts *c = simulation->contacts;
     double rate = 0.0;
     for (int i = 0; i < c->sides; i++)
-        if (c->item[i].island == c->item[k].island && kt_contact_is_slipping(simulation, i))
+        if (slip_together(simulation, i, k))
             rate += simulation->contact_state[i].load * simulation->contact_state[i].response;
     return rate;
 }
@@ -375,13 +381,13 @@ static kt_status end_hovering(kt_simulation *simulation, kt_error *error) {
     return hovers ? resolve_between(simulation, error) : KT_OK;
 }
 
-/* Contacts of one island come to rest below the same speed. If single corners of a body came to rest one after the
+/* Contacts of one block come to rest below the same speed. If single corners of a body came to rest one after the
  * other, the body would stay at rest although friction cannot hold all corners. */
-static void stop_islands_together(kt_simulation *simulation) {
+static void stop_blocks_together(kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
     for (int k = 0; k < c->sides; k++)
         for (int i = 0; i < c->sides; i++)
-            if (c->item[i].island == c->item[k].island)
+            if (slip_together(simulation, i, k))
                 simulation->contact_state[k].stops_below =
                     fmax(simulation->contact_state[k].stops_below, simulation->contact_state[i].stops_below);
 }
@@ -402,7 +408,7 @@ static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
     if (!turns)
         return KT_OK;
     if (simulation->step == 0.0)
-        stop_islands_together(simulation);
+        stop_blocks_together(simulation);
     forget_ended_holds(simulation);
     c->stops = true;
     const kt_status status = resolve_between(simulation, error);

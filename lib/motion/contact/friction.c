@@ -5,7 +5,7 @@
  * no impulse.
  *
  * Reactions, at accelerations: a slipping contact has a given direction of friction. A resting contact sticks or begins
- * to slip against its friction. Dry friction of joints is among the items.
+ * to slip against its friction. Dry friction of joints is among the items. Blocks of W are solved one after the other.
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
@@ -280,16 +280,18 @@ static void add_dry(kt_coulomb *p, const kt_simulation *simulation, int line, bo
     item->rejected = leaving && friction->leaves ? 1U << KT_COULOMB_STICK : 0;
 }
 
-/* Sets the rows that take part, and their accelerations without reactions. At first, contacts that leave have no
- * reaction, and friction that leaves does not stick. If this has no solution, the problem is set `again`: leaving
- * contacts may stay, since forces have been redistributed, and contacts that part more slowly than their rest velocity
- * are left out. Corners of a body that part at different speeds cannot always rest together, since their rates are not
- * those of rest. */
+/* Sets the rows of the present block that take part, and their accelerations without reactions. At first, contacts that
+ * leave have no reaction, and friction that leaves does not stick. If this has no solution, the problem is set `again`:
+ * leaving contacts may stay, since forces have been redistributed, and contacts that part more slowly than their rest
+ * velocity are left out. Corners that part at different speeds cannot always rest together: their rates are not those
+ * of rest. */
 static kt_coulomb *set_problem(const kt_simulation *simulation, bool again) {
     struct kt_contacts *c = simulation->contacts;
     double size;
     kt_coulomb *p = begin_coulomb(c);
     for (int i = 0; i < c->resting; i++) {
+        if (c->block[i] != c->present)
+            continue;
         (void)kt_contact_rate(c, i, &size);
         if (i >= c->meeting && fabs(c->v[c->item[c->list[i]].v]) <= c->rest_rate[c->list[i]])
             add_dry(p, simulation, i, !again);
@@ -335,6 +337,7 @@ static void begin_slip(kt_simulation *simulation, int i) {
         memory->slip[k] = c->u[across + k] / kt_hypot(c->u[across], c->u[across + 1]);
     memory->load = c->solution->p[item->row];
     memory->response = slip_response(simulation, i);
+    memory->block = c->list[c->posed[0]];
 }
 
 /* Sets the contacts of the set that follows, and the directions of slip. Friction may be at its limit up to rounding,
@@ -533,37 +536,65 @@ static void count_undecided(kt_simulation *simulation, double t) {
     counts->redundant += c->solution->redundant;
 }
 
-/* Finds the contacts in the island of the wedged contact that slip at most about as fast, and holds their friction
+/* Lists the rows that may have a force by blocks of W. Contacts that leave may couple bodies, but a row without a force
+ * couples nothing. Returns the number of blocks. */
+static int list_blocks(const kt_simulation *simulation) {
+    struct kt_contacts *c = simulation->contacts;
+    c->present = 0;
+    memset(c->block, 0, (size_t)c->resting * sizeof *c->block);
+    kt_clear(c->ahead, (size_t)c->resting * sizeof *c->ahead);
+    const kt_coulomb *p = set_problem(simulation, false);
+    int *place = c->solver->place, *end = c->solver->end;
+    if (p->W == NULL || p->n < 2)
+        return 1;
+    memset(c->block, -1, (size_t)c->resting * sizeof *c->block);
+    const int blocks = kt_coulomb_list_blocks(p, place, end);
+    for (int k = 0, i = 0; k < blocks; k++)
+        for (; i < end[k]; i++)
+            c->block[c->posed[place[i]]] = k;
+    return blocks;
+}
+
+/* Finds the contacts in the block of the wedged contact that slip at most about as fast, and holds their friction
  * constant. */
 static void hold_slow_slip(kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
-    double most = -1.0;
-    for (int i = 0; i < c->meeting; i++)
-        if (c->list[i] == c->wedged)
-            most = about * fmax(kt_contact_slip_speed(c, i), kt_contact_loop(simulation, i)->rest_velocity);
-    for (int i = 0; i < c->meeting; i++)
-        if (kt_contact_friction_line(c, i) >= 0 && kt_contact_slip_speed(c, i) <= most)
-            kt_contact_hold(simulation, c->item[c->list[i]].of);
+    for (int w = 0; w < c->meeting; w++) {
+        const double rest = kt_contact_loop(simulation, w)->rest_velocity;
+        const double most = c->list[w] == c->wedged ? about * fmax(kt_contact_slip_speed(c, w), rest) : -1.0;
+        for (int i = 0; i < c->meeting; i++)
+            if (c->block[i] == c->block[w] && kt_contact_friction_line(c, i) >= 0 &&
+                kt_contact_slip_speed(c, i) <= most)
+                kt_contact_hold(simulation, c->item[c->list[i]].of);
+    }
+}
+
+/* Solves the forces of the present block. Returns whether there is a solution. */
+static bool solve_block(kt_simulation *simulation, double t) {
+    struct kt_contacts *c = simulation->contacts;
+    if (!(solve_attempt(simulation, false) && !closes_released(c)) &&
+        !(solve_attempt(simulation, true) && !closes_released(c)))
+        return false;
+    if (c->solution->count > 1)
+        count_undecided(simulation, t);
+    simulation->memory.contacts.shared += c->solution->shares && !kt_coulomb_is_unique(c->problem, c->solution);
+    apply(simulation);
+    for (int i = 0; i < c->problem->n; i++)
+        if (c->posed[i] < c->meeting)
+            c->w[c->posed[i]] = c->solution->u[c->problem->item[i].row];
+    return true;
 }
 
 kt_status kt_contacts_solve_forces(kt_simulation *simulation, double t, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
-    kt_contact_counts *counts = &simulation->memory.contacts;
-    if (c->holds_slow)
-        hold_slow_slip(simulation);
-    bool found = solve_attempt(simulation, false) && !closes_released(c);
-    found = found || (solve_attempt(simulation, true) && !closes_released(c));
-    if (!found)
-        return kt_contacts_reject(simulation, t, "reactions", error);
-    if (c->solution->count > 1)
-        count_undecided(simulation, t);
-    counts->shared += c->solution->shares && !kt_coulomb_is_unique(c->problem, c->solution);
-    apply(simulation);
+    const int blocks = list_blocks(simulation);
     for (int i = 0; i < c->meeting; i++)
         c->w[i] = HUGE_VAL;
-    for (int i = 0; i < c->problem->n; i++)
-        if (c->posed[i] < c->meeting)
-            c->w[c->posed[i]] = c->solution->u[c->problem->item[i].row];
+    if (c->holds_slow)
+        hold_slow_slip(simulation);
+    for (c->present = 0; c->present < blocks; c->present++)
+        if (!solve_block(simulation, t))
+            return kt_contacts_reject(simulation, t, "reactions", error);
     kt_contacts_close_grazing(simulation);
     return KT_OK;
 }

@@ -125,6 +125,7 @@
     X(stops_below, KT_BLOCK_ANY)                                                                                       \
     X(load, KT_BLOCK_ANY)                                                                                              \
     X(response, KT_BLOCK_ANY)                                                                                          \
+    X(block, KT_BLOCK_COUNT)                                                                                           \
     X(held, KT_BLOCK_ANY)                                                                                              \
     X(reversals, KT_BLOCK_COUNT)                                                                                       \
     X(turns, KT_BLOCK_COUNT)                                                                                           \
