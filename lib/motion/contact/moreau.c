@@ -27,7 +27,9 @@
  *
  *     qm <- qm (+) M^-1 J' m,    0 <= m  complementary to  g(qm) + h max(r, 0) + J M^-1 J' m >= 0
  *
- * Gaps and bounds are evaluated after this displacement. If bounces are reduced, a second displacement ends the step.
+ * Gaps, bounds and the accelerations of the second pass are evaluated after this displacement. M and J are those before
+ * it: a second factorisation would change velocities by a part of the depth. If bounces are reduced, a second
+ * displacement ends the step.
  *
  * Redundant contacts. Four corners of a rigid face share a load in many ways, and friction of corners that differ
  * depends on the shares. Let p be redundant impulses, J'p = 0. Newton's method with the damping delta
@@ -64,9 +66,6 @@
 
 KT_ARENA_LAYOUT(lay_out_moreau, kt_moreau, KT_MOREAU_FIELDS, const kt_counts *n, const kt_contact_sizes *s,
                 size_t state)
-
-/* The most additional solutions of a step. Each adds contacts that the impulses of the last solution close. */
-enum { ROUNDS = 6 };
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
@@ -140,12 +139,12 @@ static kt_status add_impulses(kt_simulation *simulation, double h, const double 
     kt_moreau_take_free(simulation, h);
     kt_status status = kt_moreau_add_closing(simulation, h, v, &any, error);
     if (status == KT_OK && !again) {
-        (void)kt_moreau_correct(simulation, h, true);
+        kt_moreau_correct(simulation, h, true);
         kt_moreau_settle_gaps(simulation, h);
         kt_moreau_renew_laws(simulation, h);
     }
     any = simulation->moreau->count > 0;
-    for (int round = 0; status == KT_OK && any && round < ROUNDS; round++) {
+    while (status == KT_OK && any) { /* each solution may close more contacts; each contact joins once */
         status = kt_moreau_solve(simulation, error);
         if (status == KT_OK)
             status = kt_moreau_add_closing(simulation, h, v, &any, error);
@@ -249,9 +248,11 @@ static kt_status take_step(kt_simulation *simulation, double t, double h, double
         status = take_pass(simulation, middle, h, y, false, NULL, error);
     if (status == KT_OK)
         status = take_pass(simulation, middle, h, y, true, balanced ? &power : NULL, error);
+    if (status == KT_OK && m->count > 0)
+        status = kt_moreau_check(simulation, h, error);
     if (status != KT_OK)
         return status;
-    (void)kt_moreau_correct(simulation, h, false);
+    kt_moreau_correct(simulation, h, false);
     kt_copy(next, m->y, n * sizeof *y);
     kt_copy(next + nq, m->after, nv * sizeof *y);
     if (balanced)

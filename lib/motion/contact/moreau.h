@@ -18,7 +18,7 @@ enum { KT_MOREAU_NO_PART = -1, KT_MOREAU_HELD = -2 };
     X(double, middle, n->v, "vm")                                                                                      \
     X(double, after, n->v, "velocities at the end")                                                                    \
     X(double, change, n->v, "scratch: displacements")                                                                  \
-    X(double, position, n->q, "scratch")                                                                               \
+    X(double, position, n->q, "scratch, or the middle before its displacement")                                        \
     X(double, rate, n->x, "scratch: of auxiliary states")                                                              \
     X(int, item_of, s->n, "of each contact: its item, or a reason why it has none")                                    \
     X(int, item, s->n, "the contact, or dry friction")                                                                 \
@@ -48,6 +48,7 @@ enum { KT_MOREAU_NO_PART = -1, KT_MOREAU_HELD = -2 };
 /* An island of contacts (contact/islands.c). */
 typedef struct kt_moreau_island {
     int known;         /* the impulses of so many rows are known; -1: none, since velocities have changed */
+    bool fails;        /* the cone solver did not find these impulses */
     double dissipated; /* energy dissipated by these impulses */
 } kt_moreau_island;
 
@@ -85,6 +86,10 @@ extern const struct kt_leap kt_moreau_leap;
 static inline double kt_moreau_right(const struct kt_contacts *c, int k, int component) {
     return c->rate[kt_contact_row(c->all, &c->item[k]) + component];
 }
+/* The least rate of a contact at the end. */
+static inline double kt_moreau_bound(const kt_moreau *m, int i) {
+    return m->e[i] > 0.0 ? -m->e[i] * m->begin[m->first[i]] : m->bound[i];
+}
 static inline int kt_moreau_rows(const kt_moreau *m, int i) { return m->limit[i] < 0.0 && m->mu[i] > 0.0 ? 3 : 1; }
 
 /* Gaps down to minus this number are rounding of positions. */
@@ -117,7 +122,7 @@ void kt_moreau_add_response(const kt_simulation *simulation, int i, int r, doubl
  *
  * kt_moreau_solve computes the impulses, and m->after with them.
  *
- * kt_moreau_correct moves the middle out of contacts, and updates their gaps. Returns whether the middle was moved.
+ * kt_moreau_correct moves the middle out of contacts, and updates their gaps. m->position: the middle before.
  * begins: impulses of the step are not known yet. Then closed contacts of bodies at rest become closed exactly, up to
  * kt_moreau_settled_gap: the largest gap that the cone solver's residual explains; negative for any other contact.
  *
@@ -127,10 +132,14 @@ void kt_moreau_take_free(kt_simulation *simulation, double h);
 KT_CHECKED kt_status kt_moreau_add_closing(kt_simulation *simulation, double h, const double *v, bool *any,
                                            kt_error *error);
 KT_CHECKED kt_status kt_moreau_solve(kt_simulation *simulation, kt_error *error);
-bool kt_moreau_correct(kt_simulation *simulation, double h, bool begins);
+void kt_moreau_correct(kt_simulation *simulation, double h, bool begins);
 void kt_moreau_renew_laws(kt_simulation *simulation, double h);
 double kt_moreau_settled_gap(const kt_simulation *simulation, int k, double h);
 void kt_moreau_settle_gaps(kt_simulation *simulation, double h);
+
+/* Checks the laws of contacts and Newton's law of the step (moreau_check.c). Scratch arrays change, and
+ * m->middle. */
+KT_CHECKED kt_status kt_moreau_check(kt_simulation *simulation, double h, kt_error *error);
 
 /* Records (moreau_record.c): adds the forces of contacts to simulation->tau and ->external, and shows a record whose
  * data belong to the model in which all contacts are closed. */

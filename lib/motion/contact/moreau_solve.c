@@ -113,11 +113,6 @@ static double dissipation_of(const kt_simulation *simulation, int count, double 
     return lost;
 }
 
-/* The least rate of a contact at the end. */
-static double bound_of(const kt_moreau *m, int i) {
-    return m->e[i] > 0.0 ? -m->e[i] * m->begin[m->first[i]] : m->bound[i];
-}
-
 /* Stores the impulses of the chosen items, and finds the velocities at the end with them. */
 static void add_impulses_of_chosen(kt_simulation *simulation, int count) {
     const struct kt_contacts *c = simulation->contacts;
@@ -140,7 +135,7 @@ static void add_impulses_of_chosen(kt_simulation *simulation, int count) {
  * has begun to move, rest is sought as a problem of statics (cone/statics.h). */
 
 /* Whether item i is a contact with a gap, which may close within the step. A body at rest does not touch it. */
-static bool has_gap(const kt_moreau *m, int i) { return m->limit[i] < 0.0 && bound_of(m, i) < 0.0; }
+static bool has_gap(const kt_moreau *m, int i) { return m->limit[i] < 0.0 && kt_moreau_bound(m, i) < 0.0; }
 
 /* Whether the chosen items are at rest at the beginning of the step, but not at its end. Rates of rows i have different
  * units, so that each is compared in the metric of W: |u_i| / sqrt(W_ii). */
@@ -153,7 +148,8 @@ static bool begins_to_move(const kt_simulation *simulation, int count) {
         for (int k = 0; k < kt_moreau_rows(m, m->chosen[j]); k++) {
             const int r = m->first[m->chosen[j]] + k, i = r - c->selected->row;
             const double own = kt_moreau_entry(c, i, i), unit = own > 0.0 ? sqrt(own) : HUGE_VAL;
-            const double bound = k == 0 && m->limit[m->chosen[j]] < 0.0 ? fmax(bound_of(m, m->chosen[j]), 0.0) : 0.0;
+            const double bound =
+                k == 0 && m->limit[m->chosen[j]] < 0.0 ? fmax(kt_moreau_bound(m, m->chosen[j]), 0.0) : 0.0;
             const double end = kt_contacts_rate(c, c->rows[r], c->components[r], m->after) - bound;
             before = fmax(before, fabs(m->begin[r]) / unit);
             after = fmax(after, fabs(end) / unit);
@@ -220,7 +216,7 @@ static bool solve_once(kt_simulation *simulation, int count) {
         const int i = m->chosen[j];
         for (int k = 0; k < kt_moreau_rows(m, i); k++)
             m->b[3 * j + k] = m->free[m->first[i] + k];
-        m->b[3 * j] -= m->limit[i] < 0.0 ? bound_of(m, i) : 0.0;
+        m->b[3 * j] -= m->limit[i] < 0.0 ? kt_moreau_bound(m, i) : 0.0;
         m->limits[j] = m->limit[i];
         m->coefficient[j] = m->mu[i];
         kt_copy(m->impulse + 3 * j, m->p + 3 * i, 3 * sizeof *m->p);
@@ -254,7 +250,9 @@ static kt_status solve_island(kt_simulation *simulation, kt_moreau_island *islan
     for (int j = 0; j < count; j++)
         bounces = bounces || m->e[m->chosen[j]] > 0.0;
     for (int halving = 0; found; halving++) {
+        const uint64_t failures = m->counts.failures;
         found = solve_once(simulation, count);
+        island->fails = m->counts.failures > failures;
         island->dissipated = found ? dissipation_of(simulation, count, &size) : 0.0;
         if (!found || !bounces || !(island->dissipated < -1e-12 * size) || halving > HALVINGS)
             break;
@@ -311,7 +309,7 @@ static int choose_deep(const kt_simulation *simulation, double h, bool begins) {
             continue;
         const double settles = begins ? kt_moreau_settled_gap(simulation, m->item[i], h) : -1.0;
         const bool closes = fabs(c->gap[m->item[i]]) <= settles;
-        const double rate = begins ? fmax(bound_of(m, i), 0.0) : bound_of(m, i);
+        const double rate = begins ? fmax(kt_moreau_bound(m, i), 0.0) : kt_moreau_bound(m, i);
         const double gap = c->gap[m->item[i]] + (closes ? 0.0 : h * rate);
         any = any || (closes ? fabs(gap) > removed * settles : gap < -removed * kt_moreau_tolerance(c));
         m->limits[count] = closes ? (double)INFINITY : -1.0;
@@ -338,7 +336,7 @@ static bool correct_island(kt_simulation *simulation, double h, bool begins) {
     return true;
 }
 
-bool kt_moreau_correct(kt_simulation *simulation, double h, bool begins) {
+void kt_moreau_correct(kt_simulation *simulation, double h, bool begins) {
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
     bool any = false;
@@ -347,11 +345,10 @@ bool kt_moreau_correct(kt_simulation *simulation, double h, bool begins) {
         (void)kt_contacts_select(c, k);
         any = correct_island(simulation, h, begins) || any;
     }
-    if (!any)
-        return false;
     kt_copy(m->position, m->y, simulation->size.nq * sizeof *m->y);
+    if (!any)
+        return;
     kt_position_add(simulation->model, m->position, m->change, m->y);
     for (int k = 0; k < c->sides; k++)
         c->gap[k] += kt_contacts_rate(c, k, 0, m->change) + c->item[k].sign * kt_moreau_right(c, k, 0);
-    return true;
 }
