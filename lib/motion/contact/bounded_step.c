@@ -87,7 +87,7 @@ static void begin_leaps(kt_simulation *simulation) {
     simulation->memory.leaps = LEAPS;
     for (size_t k = 0; k < simulation->contact_count; k++) {
         kt_contact_memory *state = &simulation->contact_state[k];
-        state->closes_at = state->opens_at = 0.0;
+        state->closes_at = state->parts_at = state->opens_at = 0.0;
         state->left_at = state->held = -HUGE_VAL;
         simulation->event_root[k].due = false;
     }

@@ -303,9 +303,9 @@ bool kt_contact_slip_ends(const kt_simulation *simulation, size_t k, double slip
 void kt_contact_hold_turning(kt_simulation *simulation, int k);
 /* Counts a reversal of slip, at which friction k is due (directions.c). */
 void kt_contact_count_reversal(kt_simulation *simulation, int k);
-/* The gap at which an open contact that touches closes again: its present gap if that is below zero, less a margin. A
- * gap above half of those that touch moves this boundary, too, if the contact stays where it met (rows.c). */
-double kt_contact_closing_gap(const kt_simulation *simulation, int k);
+/* Sets the gap at which the open contact of row k, which touches, closes again, and the gap above which it has parted
+ * (rows.c). */
+void kt_contact_watch_gap(kt_simulation *simulation, int k);
 /* Whether the gap of contact k is at most `most` above its boundary (touching.c). */
 bool kt_contact_touches(const kt_simulation *simulation, int k, double most);
 /* The speed below which a touching contact comes to rest instead of bouncing: its rest_velocity, or the speed of a

@@ -105,10 +105,10 @@ static void open_all(kt_simulation *simulation) {
     simulation->memory.set = set;
     simulation->memory.own_time = simulation->memory.slip_noise = 0.0;
     for (size_t k = 0; k < simulation->contact_count; k++) {
-        simulation->contact_state[k].closed = false;
-        simulation->contact_state[k].closes_at = simulation->contact_state[k].opens_at = 0.0;
-        simulation->contact_state[k].left_at = -HUGE_VAL;
-        simulation->contact_state[k].held = -HUGE_VAL;
+        kt_contact_memory *state = &simulation->contact_state[k];
+        state->closed = false;
+        state->closes_at = state->parts_at = state->opens_at = 0.0;
+        state->left_at = state->held = -HUGE_VAL;
     }
 }
 
@@ -193,7 +193,7 @@ static void watch_open_of_island(kt_simulation *simulation) {
         if (kt_contact_is_closed(simulation->model, &c->item[k]))
             continue;
         if (i < c->meeting)
-            simulation->contact_state[k].closes_at = kt_contact_closing_gap(simulation, i);
+            kt_contact_watch_gap(simulation, i);
         if (i < c->meeting || fabs(c->v[c->item[k].v]) <= c->rest_rate[k])
             simulation->event_memory[k].side = -1;
     }
@@ -213,7 +213,8 @@ static kt_status watch_open(kt_simulation *simulation, double t, kt_error *error
     for (int k = 0; status == KT_OK && k < c->n; k++)
         if (c->item[k].spared) {
             if (k < c->sides)
-                simulation->contact_state[k].closes_at = fmin(c->gap[k], 0.0) - kt_contact_depth(&c->item[k]);
+                simulation->contact_state[k].parts_at = simulation->contact_state[k].closes_at =
+                    fmin(c->gap[k], 0.0) - kt_contact_depth(&c->item[k]);
             simulation->event_memory[k].side = -1;
         }
     for (int k = c->sides; k < c->n; k++)

@@ -190,7 +190,7 @@ static bool is_slower_than_rest(const kt_simulation *simulation, int k) {
  * leaves the boundary by about (u T)^2 / l, with the mechanism's own time T and the contact's unit l. If this is not
  * much more than the depth, the contact might stay beyond, and closes at its present gap. Otherwise it closes at its
  * boundary: if each bounce moved it, boundaries would recede, by 1e-11 m in 20,000 bounces at 10 m/s. */
-double kt_contact_closing_gap(const kt_simulation *simulation, int k) {
+static double closing_gap_of(const kt_simulation *simulation, int k) {
     const struct kt_contacts *c = simulation->contacts;
     static const double much = 1e-3;
     const double gap = c->gap[c->list[k]], below = 0.5 * kt_contact_touching * c->item[c->list[k]].unit;
@@ -198,6 +198,12 @@ double kt_contact_closing_gap(const kt_simulation *simulation, int k) {
         return fmin(fmax(gap - below, 0.0), gap) - rounding_of_gap(simulation, k);
     const double leaves = c->u[k] * simulation->memory.own_time;
     return -gap * c->item[c->list[k]].unit <= much * leaves * leaves ? 0.0 : fmin(0.0, gap);
+}
+
+void kt_contact_watch_gap(kt_simulation *simulation, int k) {
+    kt_contact_memory *memory = &simulation->contact_state[simulation->contacts->list[k]];
+    memory->closes_at = closing_gap_of(simulation, k);
+    memory->parts_at = memory->closes_at + (is_slower_than_rest(simulation, k) ? 0.0 : rounding_of_gap(simulation, k));
 }
 
 /* The error of the gap of row k that adaptive steps may make: the largest tolerance of a position in it. */

@@ -25,12 +25,15 @@ static double slip_of_joint(const kt_model *model, const kt_contact *contact, co
     return contact_direction_of(model, contact) * v[contact->v] + (is_held ? rest : 0.0);
 }
 
-/* The event value of a contact: its gap, or its reaction. The value of a contact that is held has no sign, so that the
- * contact does not open. */
+/* The event value of a contact: its gap, or its reaction. A contact that touches has not parted within the rounding of
+ * its gap: in a step too short for the gap to change, this rounding would open and close the contact without end. The
+ * value of a contact that is held has no sign, so that the contact does not open. */
 static double contact_value_of(const kt_contact *contact, double t, bool closed, double reaction) {
     const kt_contact_memory *memory = &contact->simulation->contact_state[contact->index];
+    const double gap = contact->simulation->contacts->gap[contact->index];
+    const bool touches = contact->simulation->event_memory[contact->index].side < 0;
     if (!closed)
-        return contact->simulation->contacts->gap[contact->index] - memory->closes_at;
+        return touches && gap > memory->closes_at && gap <= memory->parts_at ? 0.0 : gap - memory->closes_at;
     return t < memory->held ? fabs(reaction - memory->opens_at) : reaction - memory->opens_at;
 }
 

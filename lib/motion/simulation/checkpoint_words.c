@@ -119,6 +119,7 @@
     X(speed, KT_BLOCK_ANY)                                                                                             \
     X(left_at, KT_BLOCK_ANY)                                                                                           \
     X(closes_at, KT_BLOCK_ANY)                                                                                         \
+    X(parts_at, KT_BLOCK_ANY)                                                                                          \
     X(opens_at, KT_BLOCK_ANY)                                                                                          \
     X(since, KT_BLOCK_ANY)                                                                                             \
     X(fastest, KT_BLOCK_ANY)                                                                                           \

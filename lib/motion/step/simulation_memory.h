@@ -91,6 +91,7 @@ typedef struct kt_contact_memory {
     double slip[2];        /* for a contact: the direction in which it slips */
     double speed, left_at; /* speed of slip at the beginning of the last step, m/s; s, when the contact left last */
     double closes_at;      /* the gap at which an open contact closes, or the slip that is rest, <= 0 */
+    double parts_at;       /* the gap up to which an open contact that touches has not parted, >= closes_at */
     double opens_at;       /* the reaction at which a closed contact opens, N or N m; <= 0, below 0 if it grazes */
     double since, fastest; /* fixed steps: s, from where reversals are counted; the largest speed of slip since */
     double stops_below;    /* slip that is no faster comes to rest at this instant, m/s; else 0 */
