@@ -136,13 +136,16 @@ static void store_changes(kt_simulation *simulation) {
 
 /* Adds to *lost the energy that closing contacts and sticking friction dissipate without an impact: a bounce or slip
  * that comes to rest, or is held, still has a speed, which the projection onto the loops removes. A change of
- * velocities of the size of rounding dissipates nothing. */
+ * velocities of the size of rounding dissipates nothing. Any other change turns slow slip, so that reactions differ
+ * from those that were decided: a contact that pulls then opens at this instant. */
 static kt_status add_holds(kt_simulation *simulation, const double *y, double *lost, kt_error *error) {
     const struct kt_contacts *c = simulation->contacts;
     double held = 0.0;
     const kt_status status = kt_simulation_find_loss(simulation, c->v, y, &held, error);
-    if (status == KT_OK && sqrt(2.0 * held) > kt_contact_rounding * c->speed)
+    if (status == KT_OK && sqrt(2.0 * held) > kt_contact_rounding * c->speed) {
         *lost += held;
+        kt_simulation_mark_jump(simulation);
+    }
     return status;
 }
 
@@ -372,9 +375,28 @@ bool kt_contacts_free_wedged(kt_simulation *simulation, int *attempt) {
     return status == KT_OK;
 }
 
+/* The projection that ends rates of some contacts changes those of others. An open contact that touches may then close.
+ * The next decision, at this instant, finds its impact. Otherwise the contact would penetrate first, and strike faster
+ * than it parted: its bounces would not fade. */
+enum { DECISIONS = 8 };
+
+/* Whether an open contact that touches closes in the present state. */
+static bool closes_by_projection(const kt_simulation *simulation) {
+    const struct kt_contacts *c = simulation->contacts;
+    const double *v = kt_integrator_state(simulation->integrator) + simulation->size.nq;
+    bool closes = false;
+    for (int k = 0; k < c->sides && kt_simulation_has_jumped(simulation); k++)
+        closes = closes || (simulation->event_memory[k].side < 0 && !c->item[k].spared &&
+                            !kt_contact_is_closed(simulation->model, &c->item[k]) &&
+                            kt_contacts_rate(c, k, 0, v) < -kt_contact_resting(simulation, k));
+    return closes;
+}
+
 static kt_status resolve_contacts(kt_simulation *simulation, kt_error *error) {
     kt_status status = resolve_once(simulation, error);
     int attempt = 0;
+    for (int i = 0; i < DECISIONS && status == KT_OK && closes_by_projection(simulation); i++)
+        status = resolve_once(simulation, error);
     while (status == KT_OK && is_wedged(simulation) && kt_contacts_free_wedged(simulation, &attempt)) {
     }
     return status;
