@@ -78,7 +78,7 @@ typedef struct kt_slip_problem {
     bool found;        /* all directions of slow slip are found */
     bool wide;         /* predictions have the length of fixed steps (slip_prediction.c) */
     double slow_time;  /* an input of simulations: tau0 of adaptive steps, s */
-    size_t wedged;     /* the contact that friction wedged in the last evaluation; n: none */
+    size_t wedged;     /* the contact that friction wedged last; n: none. Simulations clear it */
     size_t per;        /* directions of each contact: one, along e, or two, along both axes */
     size_t islands;
     bool is_sorted;       /* the contacts of an island are sorted by blocks of W */

@@ -59,6 +59,7 @@ static void find_contacts(const kt_model *model, kt_slip_problem *p) {
     }
     sort_contacts(model, p);
     p->is_sorted = false;
+    p->wedged = model->n.slip;
     p->loops = model->loop;
     p->effects = model->effect;
     p->slips = model->slips;
@@ -79,7 +80,6 @@ void kt_slip_begin(const kt_model *model, kt_data *data) {
     else if (p->is_sorted)
         sort_contacts(model, p);
     p->is_sorted = false;
-    p->wedged = model->n.slip;
 }
 
 /* Selects the part of the solution of the present contacts. */

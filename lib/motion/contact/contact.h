@@ -357,7 +357,7 @@ KT_CHECKED kt_status kt_contacts_find_loads(struct kt_contacts *c, const kt_inst
 KT_CHECKED kt_status kt_contacts_solve_loads(kt_simulation *simulation, double t, kt_contacts_solver *solve, bool again,
                                              double *lost, kt_error *error);
 
-/* The contact that friction wedged in the last evaluation (slip.c); -1: no contact. */
+/* The contact that friction wedged last (slip.c) in the present step; -1: no contact. */
 int kt_contacts_find_wedged(const kt_simulation *simulation);
 
 /* Opens all contacts of the set that follows. Friction of joints slips in the direction of the velocities. Friction at

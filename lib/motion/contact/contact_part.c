@@ -331,9 +331,10 @@ static bool stop_slow_slip(kt_simulation *simulation) {
     return rests;
 }
 
-/* Frees the contact that friction wedged in the last evaluation. A contact wedges if it slips, and no normal force
- * obeys Coulomb's law: friction mu N raises the force N that it needs by more than N (Painleve's paradox). Without
- * such a contact, treats the slowest contact that slips below its rest velocity. The attempts are, in this order:
+/* Frees the contact that friction wedged last. An implicit method may evaluate other states behind the one that failed.
+ * A contact wedges if it slips, and no normal force obeys Coulomb's law: friction mu N raises the force N that it needs
+ * by more than N (Painleve's paradox). Without such a contact, treats the slowest contact with slow slip. The attempts
+ * are, in this order:
  *
  *     REST       Slow slip comes to rest. An implicit step has no solution if slip turns within less than the
  *                shortest step.

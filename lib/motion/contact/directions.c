@@ -440,6 +440,8 @@ static void end_holds(kt_simulation *simulation) {
  * restored at this point has the same directions. While a contact is held, the values of events are computed again:
  * kt_contacts_find_excess needs their multipliers at the beginning of the step. */
 kt_status kt_contacts_begin_slip(kt_simulation *simulation, kt_error *error) {
+    if (simulation->model->n.slip > 0)
+        kt_slip_problem_of(simulation->data)->wedged = simulation->model->n.slip;
     end_holds(simulation);
     if (kt_contacts_follow_slip(simulation)) {
         kt_integrator_change(simulation->integrator, true);
