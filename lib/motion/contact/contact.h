@@ -290,9 +290,10 @@ double kt_contact_acceleration(const struct kt_contacts *c, int k, double *size)
  * if its event is due. Friction that has reached its limit twice at this instant does not stick again within this
  * instant. Counts how often contact k leaves at this instant (directions.c). */
 bool kt_contact_leaves(kt_simulation *simulation, int k, bool due);
-/* The slowest of the contacts that slip in the present state no faster than their rest velocities (directions.c); -1:
- * there is none. */
+/* The slowest of the contacts that slip slowly in the present state (directions.c); -1: there is none. */
 int kt_contacts_find_slow(const kt_simulation *simulation);
+/* The speed up to which slip of contact k comes to rest if slow slip stops at this instant, m/s (directions.c). */
+double kt_contact_stopping_speed(const kt_simulation *simulation, int k);
 /* Holds contact k, or friction, closed for a short time, whatever its reaction (directions.c). */
 void kt_contact_hold(kt_simulation *simulation, int k);
 /* Whether item k is held at the present time (directions.c). */

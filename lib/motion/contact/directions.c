@@ -204,6 +204,16 @@ static double unresolved_speed(const kt_simulation *simulation) {
     return 10.0 * most;
 }
 
+/* The speed up to which the slip of contact k is slow, m/s. 0: the contact has no rest velocity. */
+static double slow_speed_of(const kt_simulation *simulation, int k, double unresolved) {
+    const double rest = simulation->model->loop[simulation->contacts->item[k].loop].rest_velocity;
+    return rest > 0.0 ? fmax(rest, unresolved) : 0.0;
+}
+
+double kt_contact_stopping_speed(const kt_simulation *simulation, int k) {
+    return fmax(slow_speed_of(simulation, k, unresolved_speed(simulation)), simulation->contact_state[k].stops_below);
+}
+
 /* Takes the directions from the data, and counts the turns of slow slip. */
 static void take_directions(kt_simulation *simulation) {
     const double unresolved = unresolved_speed(simulation);
@@ -217,8 +227,7 @@ static void take_directions(kt_simulation *simulation) {
         const size_t at = 2 * index_of_slip(simulation->model, contact);
         const double *d = simulation->data->slip + at, *s = simulation->data->slip_velocity + at;
         const double speed = kt_hypot(s[0], s[1]);
-        const double rest = simulation->model->loop[contact->loop].rest_velocity;
-        const bool is_slow = speed <= (rest > 0.0 ? fmax(rest, unresolved) : 0.0);
+        const bool is_slow = speed <= slow_speed_of(simulation, k, unresolved);
         const bool turns = d[0] != memory->slip[0] || d[1] != memory->slip[1];
         memory->turns = is_slow ? memory->turns + (turns || speed <= memory->speed) : 0;
         memory->speed = speed;
@@ -287,11 +296,11 @@ bool kt_contact_slip_ends(const kt_simulation *simulation, size_t k, double slip
 }
 
 int kt_contacts_find_slow(const kt_simulation *simulation) {
-    const struct kt_contacts *c = simulation->contacts;
+    const double unresolved = unresolved_speed(simulation);
     int slowest = -1;
-    for (int k = 0; k < c->sides; k++) {
+    for (int k = 0; k < simulation->contacts->sides; k++) {
         const double speed = simulation->contact_state[k].speed;
-        if (kt_contact_is_slipping(simulation, k) && speed <= simulation->model->loop[c->item[k].loop].rest_velocity &&
+        if (kt_contact_is_slipping(simulation, k) && speed <= slow_speed_of(simulation, k, unresolved) &&
             (slowest < 0 || speed < simulation->contact_state[slowest].speed))
             slowest = k;
     }
@@ -381,21 +390,9 @@ static kt_status end_hovering(kt_simulation *simulation, kt_error *error) {
     return hovers ? resolve_between(simulation, error) : KT_OK;
 }
 
-/* Contacts of one block come to rest below the same speed. If single corners of a body came to rest one after the
- * other, the body would stay at rest although friction cannot hold all corners. */
-static void stop_blocks_together(kt_simulation *simulation) {
-    const struct kt_contacts *c = simulation->contacts;
-    for (int k = 0; k < c->sides; k++)
-        for (int i = 0; i < c->sides; i++)
-            if (slip_together(simulation, i, k))
-                simulation->contact_state[k].stops_below =
-                    fmax(simulation->contact_state[k].stops_below, simulation->contact_state[i].stops_below);
-}
-
 /* Lets slow slip that turns round its rest come to rest. */
 static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
-    const double unresolved = unresolved_speed(simulation);
     bool turns = false;
     for (int k = 0; k < c->sides; k++) {
         kt_contact_memory *memory = &simulation->contact_state[k];
@@ -403,12 +400,10 @@ static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
         turns = turns || many;
         memory->turns = many ? 0 : memory->turns;
         memory->reversals = many ? 0 : memory->reversals;
-        memory->stops_below = reverses ? memory->fastest : many ? fmax(unresolved, DBL_MIN) : 0.0;
+        memory->stops_below = reverses ? memory->fastest : many ? DBL_MIN : 0.0;
     }
     if (!turns)
         return KT_OK;
-    if (simulation->step == 0.0)
-        stop_blocks_together(simulation);
     forget_ended_holds(simulation);
     c->stops = true;
     const kt_status status = resolve_between(simulation, error);

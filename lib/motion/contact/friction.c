@@ -256,8 +256,8 @@ static void add_coulomb_contact(kt_coulomb *p, const kt_simulation *simulation, 
     const bool is_held = (c->holds || speed <= rest) && kt_integrator_time(simulation->integrator) <
                                                             simulation->contact_state[c->item[c->list[line]].of].held;
     item->friction *= is_held ? kt_contact_holding : 1.0;
-    const double stops =
-        fmax(kt_contact_loop(simulation, line)->rest_velocity, simulation->contact_state[c->list[line]].stops_below);
+    const double stops = c->stops ? kt_contact_stopping_speed(simulation, c->list[line])
+                                  : kt_contact_loop(simulation, line)->rest_velocity;
     const bool ends = c->stops || c->item[c->item[c->list[line]].of].meets;
     const bool slips = !is_held && speed > (ends ? fmax(stops, rest) : rest);
     double *ahead = &c->ahead[p->n - 1];
