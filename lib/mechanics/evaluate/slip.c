@@ -22,7 +22,12 @@
  * at that time. Across s . d = 0, away from zero, e jumps nevertheless: with a d that stays behind, slip would come
  * near to this line, and stay there. While slip is slow, e follows s at a rate of mu N / (m |s|), which has no bound
  * when slip begins. At the beginning of slip, the part of s across d is of the size of rounding. This part is left out
- * up to data->still_slip, and so is slip that is no faster.
+ * up to kt_slip_still_speed, and so is slip that is no faster.
+ *
+ * A fixed step that ends where slip ends has a stage next to rest, whose only slip is the error of other stages. Its
+ * direction is arbitrary, and friction would throw the foot across d at up to a sixth of s0, by which friction changes
+ * slip in a step. Therefore still_speed is a part of s0 while slip is slower than s0 (slip_prediction.c). Directions
+ * that lag by more than this speed are set anew when a step begins, so that d is that of the step.
  *
  * If slip is slow, e is the direction a moment later, so that this rate is bounded (slip_prediction.c).
  *
@@ -71,7 +76,8 @@ static void slip_direction_of(const double s[2], const double d[2], double still
 }
 
 static void set_slip_direction(kt_data *data, size_t k) {
-    slip_direction_of(data->slip_velocity + 2 * k, data->slip + 2 * k, data->still_slip, data->slip_direction + 2 * k);
+    slip_direction_of(data->slip_velocity + 2 * k, data->slip + 2 * k, kt_slip_still_speed(data, k),
+                      data->slip_direction + 2 * k);
 }
 
 static const kt_effect_record *effect_of_slip(const kt_data *data, size_t k) {

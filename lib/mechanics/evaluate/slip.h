@@ -157,6 +157,11 @@ void kt_slip_find_rates(const kt_model *model, kt_data *data, const double *q, c
 /* Returns tau of slip that grows, or 0 if the contact is not slow or has not begun to slip in a direction that is set.
  * *grows: by which factor the part of (s + tau s') / tau along s grows faster than s (slip_prediction.c). */
 double kt_slip_prediction_time(const kt_data *data, size_t k, double *grows);
+/* Slip up to this, m/s, keeps the direction in which it began (slip.c): rounding, and with fixed steps slip that
+ * friction changes within a small part of a step. */
+double kt_slip_still_speed(const kt_data *data, size_t k);
+/* Whether slip that a fixed step does not resolve has turned from its direction by more than this speed. */
+bool kt_slip_lags(const kt_data *data, size_t k);
 /* Returns tau of slip of this speed that has these tau0 and s0. */
 double kt_slip_time_at_speed(double speed, double tau0, double s0);
 

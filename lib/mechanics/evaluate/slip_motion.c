@@ -190,7 +190,8 @@ bool kt_slip_follow(const kt_model *model, kt_data *data, const double *q, const
     for (size_t k = 0; k < model->n.slip; k++) {
         const double *s = data->slip_velocity + 2 * k, size = kt_hypot(s[0], s[1]);
         double *d = data->slip + 2 * k;
-        if (!(size > least) || s[0] * d[0] + s[1] * d[1] >= aligned * size)
+        const bool is_aligned = s[0] * d[0] + s[1] * d[1] >= aligned * size;
+        if (!(size > least) || (is_aligned && !kt_slip_lags(data, k)))
             continue;
         for (size_t i = 0; i < 2; i++)
             d[i] = s[i] / size;

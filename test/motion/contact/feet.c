@@ -61,7 +61,7 @@ static void rest_foot(const kt_model *model, const char *method, double step, do
 
 /* Friction stops the slip of the light foot within 2 ms, at mu N / m = 180 m/s^2: steps of 1 ms do not resolve its end.
  * It comes to rest in few parts of a step, as near to the exact place as the length h of a step allows, mu N h^2 / m.
- * Measured: 617 and 1161 evaluations; unless reversals are counted, 3074 and 1386. */
+ * Measured: 443 and 903 evaluations; 617 and 1161 if errors of stages turn slip next to its end. */
 KT_TEST(light_foot_comes_to_rest_within_a_fixed_step) {
     static const char *const methods[] = {"heun", "rk4"};
     static const double step = 1e-3;
@@ -74,8 +74,7 @@ KT_TEST(light_foot_comes_to_rest_within_a_fixed_step) {
     rest_foot(model, "dopri5", 0.0, exact, &counts, &evaluations);
     for (int i = 0; i < 2; i++) {
         rest_foot(model, methods[i], step, q, &counts, &evaluations);
-        kt_check_below("evaluations", evaluations, 1300.0);
-        kt_check_above("slip that a step does not resolve", (double)counts.rested, 1.0);
+        kt_check_below("evaluations", evaluations, 1000.0);
         kt_check_below("distance, m", hypot(q[0] - exact[0], q[1] - exact[1]), stop * step * step);
     }
 }

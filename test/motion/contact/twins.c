@@ -489,7 +489,6 @@ static void compare(const char *method, bool fixed, bool bits, const twin *twins
     kt_check_below("scenes that rounding decides", sum.undecided, 0.25 * scenes);
     kt_note("%d twins move otherwise where the law allows several motions", sum.several);
 }
-
 static const twin masses[] = {{"masses times 2^20", 0x1p20, 1.0, 1.0, 0.0, false, false, 0.0, 0.0, 0.0},
                               {"masses times 2^-20", 0x1p-20, 1.0, 1.0, 0.0, false, false, 0.0, 0.0, 0.0}};
 static const twin lengths[] = {{"lengths times 2^20", 1.0, 0x1p20, 1.0, 0.0, false, false, 0.0, 0.0, 0.0},
@@ -551,8 +550,9 @@ static const struct found {
     {2013, 1, "such a stage left slip that ended twice", in_time, "rk4", true, false, late},
     {2014, 5, "rounding of the time turned friction of fast slip", in_time, "rk4", true, false, late},
     {3022, 10, "it turned friction of slow slip by a tenth", in_time, "rk4", true, false, late},
+    {20, 9, "errors of stages turned friction where slip ends", in_time, "rk4", true, false, late},
+    {3029, 2, "likewise, in a scene with four bodies", in_time, "rk4", true, false, late},
 };
-
 KT_TEST(twins_that_were_mended_move_alike) {
     for (size_t k = 0; k < sizeof found_twins / sizeof *found_twins; k++) {
         const struct found *found = &found_twins[k];
