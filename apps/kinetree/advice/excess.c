@@ -39,9 +39,9 @@ bool kt_find_lost_impulses(const kt_simulation *simulation, double time, kt_erro
     if (seen.completed == 0 || seen.failures == 0)
         return false;
     (void)kt_error_set(error, KT_ERROR_STEP, NULL,
-                       "t = %.9g s: contacts change without end within a fixed step, and the time step that should "
-                       "complete it has not found its impulses: the step is far too long for the motion; take smaller "
-                       "steps, or an adaptive method",
+                       "contacts at t = %.9g s: they change without end within a fixed step, and the time step that "
+                       "should complete it has not found its impulses: the step is far too long for the motion; take "
+                       "smaller steps, or an adaptive method",
                        time);
     return true;
 }
