@@ -15,7 +15,7 @@ static const double vanishing = 1e-12;
 /* Corners of a face share an impact in many ways, and Newton's method may end at a residual that is enough, but not
  * rounding. Proximal points then find a solution. They cost too much for large problems. */
 enum { SMALL = 8 };
-enum { LOCAL = 4, FIRST_SWEEPS = 2, NEWTON_MOST = 25, TURNS = 10, TURN_SWEEPS = 100, TURN_NEWTON = 40 };
+enum { LOCAL = 4, FIRST_SWEEPS = 2, MORE_SWEEPS = 100, NEWTON_MOST = 40 };
 
 /* ---- sweeps ------------------------------------------------------------------------------------------------------ */
 
@@ -109,8 +109,8 @@ static bool find_proximal(kt_cone *cone, double delta) {
  * the last point is near a solution, Newton is tried on the problem itself. The points begin with z and this delta.
  * y becomes the best point; *least: its residual. */
 static void follow_points(kt_cone *cone, double delta, double *least) {
-    enum { OUTER = 6 };
-    static const double last = 1e-7, falls = 0.3;
+    enum { OUTER = 12 };
+    static const double last = 1e-7, falls = 0.5;
     const int m = 3 * cone->n;
     for (int i = 0; i < m; i++)
         cone->diagonal[i] = cone->W[i * m + i];
@@ -189,31 +189,17 @@ static void scale_problem(kt_cone *cone, const kt_cone_problem *problem, const i
         memset(cone->x, 0, (size_t)m * sizeof *cone->x);
 }
 
-/* Sweeps and Newton in turn, each from the end of the other. From modes between which Newton's method cycles, sweeps
- * lead away. y becomes the best point. */
-static void alternate(kt_cone *cone) {
-    double residual = (double)INFINITY;
-    memcpy(cone->z, cone->found, 3 * (size_t)cone->n * sizeof *cone->z);
-    for (int turn = 0; turn < TURNS && !(residual <= cone->enough); turn++) {
-        for (int k = 0; k < TURN_SWEEPS; k++)
-            sweep_cones(cone, cone->b, cone->z);
-        (void)kt_cone_newton(cone, cone->b, cone->z, TURN_NEWTON);
-        keep_better(cone, cone->z, &residual);
-    }
-}
-
-/* Runs one solver, from x or from the best solution so far, and writes its solution to y. */
+/* Runs one solver from the best solution so far, and writes its solution to y. More sweeps lead away from modes between
+ * which Newton's method cycles. */
 static void run_round(kt_cone *cone, kt_cone_round round) {
-    if (round == KT_CONE_SWEEPS) {
-        alternate(cone);
-    } else if (round == KT_CONE_PROXIMAL) {
+    if (round == KT_CONE_PROXIMAL) {
         approach(cone);
-    } else {
-        for (int k = 0; k < FIRST_SWEEPS; k++)
-            sweep_cones(cone, cone->b, cone->x);
-        memcpy(cone->y, cone->x, 3 * (size_t)cone->n * sizeof *cone->y);
-        (void)kt_cone_newton(cone, cone->b, cone->y, NEWTON_MOST);
+        return;
     }
+    memcpy(cone->y, cone->found, 3 * (size_t)cone->n * sizeof *cone->y);
+    for (int k = 0; k < (round == KT_CONE_NEWTON ? FIRST_SWEEPS : MORE_SWEEPS); k++)
+        sweep_cones(cone, cone->b, cone->y);
+    (void)kt_cone_newton(cone, cone->b, cone->y, NEWTON_MOST);
 }
 
 /* Runs one solver, and keeps its solution if it is the best so far. */

@@ -13,8 +13,8 @@
  *     f_t = p_t - P(p_t - u_t),    P the projection to the disc of radius mu max(l, p_n - u_n)
  *
  * Solvers are tried in order until a solver succeeds. The order begins with two sweeps of block Gauss-Seidel, in which
- * each contact takes some steps of projection to its own solution, and semismooth Newton on f. Sweeps and Newton in
- * turn follow. Proximal points come last, from the best solution so far, and from zero. Newton's method polishes each
+ * each contact takes some steps of projection to its own solution, and semismooth Newton on f. Then come 100 sweeps and
+ * Newton. Proximal points come last, from the best solution so far, and from zero. Newton's method polishes each
  * returned solution. Sums skip blocks of W that are zero.
  *
  * Matrices have room for `most` contacts. A problem with more contacts than the matrices hold gives W by blocks, and is
