@@ -16,11 +16,8 @@
  * these errors, or stays at one speed: the stages of heun may lie on both sides of rest, and their forces cancel. Slip
  * that is slower than ten times the tolerances of the velocities therefore counts as slow, too.
  *
- * With fixed steps, slip may turn around the state of rest at any speed: a foot of little mass stops within a small
- * part of a step, and the errors of stages are of the size of its slip. Slip that reverses TURNS times within the
- * length of a step comes to rest at whatever speed, since the step does not resolve it. Steps predict slip with other
- * forces than decisions do (evaluate/slip_prediction.c), so next to the limit of rest these may contradict each other.
- * Therefore friction holds such slip for the length of a step.
+ * Fixed steps predict slip with other forces than decisions do (evaluate/slip_prediction.c), so next to the limit of
+ * rest these may contradict each other. Therefore friction holds slip that has come to rest for the length of a step.
  *
  * Such slip may also hover: steps in which its stages lie on both sides of rest keep its speed, and longer ones gain
  * energy. No part of the step ends this, whether friction can hold the contact or not. Behind TRIES tries within the
@@ -211,7 +208,7 @@ static double slow_speed_of(const kt_simulation *simulation, int k, double unres
 }
 
 double kt_contact_stopping_speed(const kt_simulation *simulation, int k) {
-    return fmax(slow_speed_of(simulation, k, unresolved_speed(simulation)), simulation->contact_state[k].stops_below);
+    return slow_speed_of(simulation, k, unresolved_speed(simulation));
 }
 
 /* Takes the directions from the data, and counts the turns of slow slip. */
@@ -336,19 +333,6 @@ void kt_contact_hold_turning(kt_simulation *simulation, int k) {
     simulation->memory.contacts.rested++;
 }
 
-void kt_contact_count_reversal(kt_simulation *simulation, int k) {
-    const double t = kt_integrator_time(simulation->integrator);
-    const int contact = simulation->contacts->item[k].of;
-    kt_contact_memory *memory = &simulation->contact_state[contact];
-    const bool may_rest = simulation->model->loop[simulation->contacts->item[contact].loop].rest_velocity > 0.0;
-    if (!(simulation->step > 0.0) || !may_rest)
-        return;
-    const bool is_within = memory->reversals > 0 && fabs(t - memory->since) <= simulation->step;
-    memory->fastest = is_within ? fmax(memory->fastest, memory->speed) : memory->speed;
-    memory->since = is_within ? memory->since : t;
-    memory->reversals = is_within ? memory->reversals + 1 : 1;
-}
-
 /* Whether contact k slips slowly while a fixed step takes many tries. */
 static bool slip_hovers(const kt_simulation *simulation, int k) {
     const kt_simulation_memory *memory = &simulation->memory;
@@ -393,28 +377,23 @@ static kt_status end_hovering(kt_simulation *simulation, kt_error *error) {
 /* Lets slow slip that turns round its rest come to rest. */
 static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
-    bool turns = false;
+    bool any = false;
     for (int k = 0; k < c->sides; k++) {
-        kt_contact_memory *memory = &simulation->contact_state[k];
-        const bool reverses = memory->reversals >= TURNS, many = memory->turns >= TURNS || reverses;
-        turns = turns || many;
-        memory->turns = many ? 0 : memory->turns;
-        memory->reversals = many ? 0 : memory->reversals;
-        memory->stops_below = reverses ? memory->fastest : many ? DBL_MIN : 0.0;
+        uint64_t *turns = &simulation->contact_state[k].turns;
+        c->item[k].turned = *turns >= TURNS;
+        *turns = c->item[k].turned ? 0 : *turns;
+        any = any || c->item[k].turned;
     }
-    if (!turns)
+    if (!any)
         return KT_OK;
     forget_ended_holds(simulation);
     c->stops = true;
     const kt_status status = resolve_between(simulation, error);
     c->stops = false;
-    for (int k = 0; k < c->sides; k++) {
-        double *stops_below = &simulation->contact_state[k].stops_below;
-        if (simulation->step > 0.0 && *stops_below > 0.0 &&
+    for (int k = 0; k < c->sides; k++)
+        if (simulation->step > 0.0 && c->item[k].turned &&
             kt_contact_is_closed(simulation->model, &c->item[c->item[k].of]))
             hold_friction(simulation, c->item[k].of);
-        *stops_below = 0.0;
-    }
     simulation->memory.contacts.rested++;
     return status;
 }
