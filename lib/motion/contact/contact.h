@@ -26,7 +26,6 @@ typedef struct kt_contact {
     bool leaves;           /* its reaction, or its stick, has ended at this instant */
     bool grazes;           /* it touches no faster than at rest (kt_contacts_find_grazing) */
     bool flies;            /* it does not touch while impacts accumulate (accumulate.c) */
-    bool turned;           /* its slow slip has turned too often, and comes to rest (directions.c) */
     bool spared;      /* loops hold its gap while it touches, or hold the joint of friction (kt_contacts_spare_held) */
     double unit;      /* of its gap: the mechanism's length, or 1 rad */
     uint64_t bit;     /* its loop is on; 0: contacts share bits (model/switching.h) */
@@ -303,6 +302,8 @@ bool kt_contact_is_held(const kt_simulation *simulation, int k);
 bool kt_contact_slip_ends(const kt_simulation *simulation, size_t k, double slip);
 /* Holds contact k likewise if its reaction has ended at this instant, and counts this (directions.c). */
 void kt_contact_hold_turning(kt_simulation *simulation, int k);
+/* Counts a reversal of slip, at which friction k is due (directions.c). */
+void kt_contact_count_reversal(kt_simulation *simulation, int k);
 /* Sets the gap at which the open contact of row k, which touches, closes again, and the gap above which it has parted
  * (rows.c). */
 void kt_contact_watch_gap(kt_simulation *simulation, int k);

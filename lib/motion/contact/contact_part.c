@@ -83,6 +83,8 @@ static int act_on_contacts(kt_simulation *simulation, const kt_occurrence *what,
         const bool due = simulation->event_memory[k].side < 0 && (mine || simulation->event_root[k].due);
         c->item[k].meets = due && !closed;
         c->item[k].leaves = kt_contact_leaves(simulation, k, due && closed);
+        if (c->item[k].meets && kt_contact_rubs(c, k))
+            kt_contact_count_reversal(simulation, k);
         any = any || due;
     }
     kt_contacts_slip_together(simulation);

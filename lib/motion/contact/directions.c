@@ -16,8 +16,15 @@
  * these errors, or stays at one speed: the stages of heun may lie on both sides of rest, and their forces cancel. Slip
  * that is slower than ten times the tolerances of the velocities therefore counts as slow, too.
  *
- * Fixed steps predict slip with other forces than decisions do (evaluate/slip_prediction.c), so next to the limit of
- * rest these may contradict each other. Therefore friction holds slip that has come to rest for the length of a step.
+ * With fixed steps, slip may turn around the state of rest at any speed: a foot of little mass stops within a small
+ * part of a step, and the errors of stages are of the size of its slip. Slip that reverses TURNS times within the
+ * length of a step comes to rest at whatever speed, since the step does not resolve it. Steps predict slip with other
+ * forces than decisions do (evaluate/slip_prediction.c), so next to the limit of rest these may contradict each other.
+ * Therefore friction holds such slip for the length of a step.
+ *
+ * Such slip may also hover: steps in which its stages lie on both sides of rest keep its speed, and longer ones gain
+ * energy. No part of the step ends this, whether friction can hold the contact or not. Behind TRIES tries within the
+ * length of a step, friction therefore holds slip below `hovering` rest velocities, for one step at least.
  *
  * Stages behind a reversal have the opposite friction. Then the search may find the reversal at another time in each
  * repetition of the step, before or after its end. At the third repetition, slip that is due to reverse at the end of a
@@ -40,10 +47,12 @@
 #include <float.h>
 #include <math.h>
 
-enum { TURNS = 8 };
+enum { TURNS = 8, TRIES = 64 };
 
 /* A part of the time in which the mechanism moves by its own size (own_time.c). */
 static const double hold = 3e-4;
+/* The largest slip that many tries of a fixed step end, relative to the rest velocity. */
+static const double hovering = 100.0;
 
 /* The index of a contact's slip among all contacts that slip. */
 static size_t index_of_slip(const kt_model *model, const kt_contact *contact) {
@@ -202,7 +211,7 @@ static double slow_speed_of(const kt_simulation *simulation, int k, double unres
 }
 
 double kt_contact_stopping_speed(const kt_simulation *simulation, int k) {
-    return slow_speed_of(simulation, k, unresolved_speed(simulation));
+    return fmax(slow_speed_of(simulation, k, unresolved_speed(simulation)), simulation->contact_state[k].stops_below);
 }
 
 /* Takes the directions from the data, and counts the turns of slow slip. */
@@ -327,6 +336,28 @@ void kt_contact_hold_turning(kt_simulation *simulation, int k) {
     simulation->memory.contacts.rested++;
 }
 
+void kt_contact_count_reversal(kt_simulation *simulation, int k) {
+    const double t = kt_integrator_time(simulation->integrator);
+    const int contact = simulation->contacts->item[k].of;
+    kt_contact_memory *memory = &simulation->contact_state[contact];
+    const bool may_rest = simulation->model->loop[simulation->contacts->item[contact].loop].rest_velocity > 0.0;
+    if (!(simulation->step > 0.0) || !may_rest)
+        return;
+    const bool is_within = memory->reversals > 0 && fabs(t - memory->since) <= simulation->step;
+    memory->fastest = is_within ? fmax(memory->fastest, memory->speed) : memory->speed;
+    memory->since = is_within ? memory->since : t;
+    memory->reversals = is_within ? memory->reversals + 1 : 1;
+}
+
+/* Whether contact k slips slowly while a fixed step takes many tries. */
+static bool slip_hovers(const kt_simulation *simulation, int k) {
+    const kt_simulation_memory *memory = &simulation->memory;
+    const double rest = simulation->model->loop[simulation->contacts->item[k].loop].rest_velocity;
+    return memory->retries >= TRIES &&
+           kt_integrator_time(simulation->integrator) - memory->retried_since <= simulation->step &&
+           kt_contact_is_slipping(simulation, k) && simulation->contact_state[k].speed <= hovering * rest;
+}
+
 /* Resolves contacts between two steps. This is no event, which would decide about contacts anew that friction holds:
  * these stay at rest, or two contacts end each other's hold at one instant without end. Friction that slips, since an
  * event has ended its hold, is not held again. */
@@ -346,26 +377,44 @@ static void forget_ended_holds(kt_simulation *simulation) {
             simulation->contact_state[k].held = -HUGE_VAL;
 }
 
+/* Lets friction hold slip that hovers. */
+static kt_status end_hovering(kt_simulation *simulation, kt_error *error) {
+    const struct kt_contacts *c = simulation->contacts;
+    bool hovers = false;
+    forget_ended_holds(simulation);
+    for (int k = 0; k < c->sides; k++)
+        if (slip_hovers(simulation, k)) {
+            hold_friction(simulation, c->item[k].of);
+            hovers = true;
+        }
+    return hovers ? resolve_between(simulation, error) : KT_OK;
+}
+
 /* Lets slow slip that turns round its rest come to rest. */
 static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
-    bool any = false;
+    bool turns = false;
     for (int k = 0; k < c->sides; k++) {
-        uint64_t *turns = &simulation->contact_state[k].turns;
-        c->item[k].turned = *turns >= TURNS;
-        *turns = c->item[k].turned ? 0 : *turns;
-        any = any || c->item[k].turned;
+        kt_contact_memory *memory = &simulation->contact_state[k];
+        const bool reverses = memory->reversals >= TURNS, many = memory->turns >= TURNS || reverses;
+        turns = turns || many;
+        memory->turns = many ? 0 : memory->turns;
+        memory->reversals = many ? 0 : memory->reversals;
+        memory->stops_below = reverses ? memory->fastest : many ? DBL_MIN : 0.0;
     }
-    if (!any)
+    if (!turns)
         return KT_OK;
     forget_ended_holds(simulation);
     c->stops = true;
     const kt_status status = resolve_between(simulation, error);
     c->stops = false;
-    for (int k = 0; k < c->sides; k++)
-        if (simulation->step > 0.0 && c->item[k].turned &&
+    for (int k = 0; k < c->sides; k++) {
+        double *stops_below = &simulation->contact_state[k].stops_below;
+        if (simulation->step > 0.0 && *stops_below > 0.0 &&
             kt_contact_is_closed(simulation->model, &c->item[c->item[k].of]))
             hold_friction(simulation, c->item[k].of);
+        *stops_below = 0.0;
+    }
     simulation->memory.contacts.rested++;
     return status;
 }
@@ -393,7 +442,9 @@ kt_status kt_contacts_begin_slip(kt_simulation *simulation, kt_error *error) {
         kt_integrator_change(simulation->integrator, true);
         simulation->contact_time = simulation->events.time = (double)NAN;
     }
-    const kt_status status = end_turns(simulation, error);
+    kt_status status = simulation->memory.retries >= TRIES ? end_hovering(simulation, error) : KT_OK;
+    if (status == KT_OK)
+        status = end_turns(simulation, error);
     if (any_is_held(simulation))
         simulation->contact_time = simulation->events.time = (double)NAN;
     return status;

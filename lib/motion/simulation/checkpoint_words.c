@@ -121,10 +121,14 @@
     X(closes_at, KT_BLOCK_ANY)                                                                                         \
     X(parts_at, KT_BLOCK_ANY)                                                                                          \
     X(opens_at, KT_BLOCK_ANY)                                                                                          \
+    X(since, KT_BLOCK_ANY)                                                                                             \
+    X(fastest, KT_BLOCK_ANY)                                                                                           \
+    X(stops_below, KT_BLOCK_ANY)                                                                                       \
     X(load, KT_BLOCK_ANY)                                                                                              \
     X(response, KT_BLOCK_ANY)                                                                                          \
     X(block, KT_BLOCK_COUNT)                                                                                           \
     X(held, KT_BLOCK_ANY)                                                                                              \
+    X(reversals, KT_BLOCK_COUNT)                                                                                       \
     X(turns, KT_BLOCK_COUNT)                                                                                           \
     X(left, KT_BLOCK_COUNT)                                                                                            \
     X(force, KT_BLOCK_ANY)                                                                                             \

@@ -93,9 +93,12 @@ typedef struct kt_contact_memory {
     double closes_at;      /* the gap at which an open contact closes, or the slip that is rest, <= 0 */
     double parts_at;       /* the gap up to which an open contact that touches has not parted, >= closes_at */
     double opens_at;       /* the reaction at which a closed contact opens, N or N m; <= 0, below 0 if it grazes */
+    double since, fastest; /* fixed steps: s, from where reversals are counted; the largest speed of slip since */
+    double stops_below;    /* slip that is no faster comes to rest at this instant, m/s; else 0 */
     double load, response; /* for slip: the normal force, N; by how much it changes slip by friction, 1/kg */
     int64_t block;         /* contacts that slip act on each other if this number is the same (friction.c) */
     double held;           /* s, until when it stays closed whatever its reaction */
+    uint64_t reversals;    /* reversals of slip within the length of a fixed step */
     uint64_t turns, left;  /* how often its slow slip has turned or shrunk; how often it left in the instant */
     double force[3];       /* time stepping: impulses of the last step over its length, normal and tangential; of dry
                               friction in joints, the dry and the viscous force */
