@@ -194,26 +194,13 @@ static bool has_other_forces(const kt_simulation *simulation) {
     return model->n.varying > 0 || model->n.load > 0 || simulation->size.balanced > 0;
 }
 
-/* The largest term of any coordinate. The force in a joint's coordinate may be small where bodies beyond the joint move
- * with its base: then their forces cancel, up to the rounding of the force that moves the base. A time step has no
- * reactions, which show this. */
-static double largest_term(const kt_model *model, const double *size) {
-    double most = 0.0;
-    for (size_t i = 1; i < model->n.link; i++)
-        for (int k = 0; k < kt_link_dofs(&model->link[i]); k++)
-            most =
-                fmax(most, (k < kt_link_lengths(&model->link[i]) ? model->length : 1.0) * size[model->link[i].v + k]);
-    return most;
-}
-
 kt_status kt_contacts_compare_newton(const kt_simulation *simulation, double t, const double *left, const double *size,
                                      kt_error *error) {
     const kt_model *model = simulation->model;
-    const double largest = simulation->steps_over_contacts ? largest_term(model, size) : 0.0;
     for (int body = 1; body < kt_model_body_count(model); body++) {
         const kt_coordinates at = kt_body_coordinates(model, body);
         const int lengths = kt_link_lengths(&model->link[model->body[body].link]);
-        double most = simulation->steps_over_contacts ? largest : size_in_joint(simulation, body), worst = 0.0;
+        double most = simulation->steps_over_contacts ? 0.0 : size_in_joint(simulation, body), worst = 0.0;
         for (int k = 0; k < at.nv; k++) {
             const double unit = k < lengths ? model->length : 1.0;
             most = fmax(most, unit * size[at.v + k]);

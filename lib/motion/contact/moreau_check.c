@@ -5,10 +5,11 @@
  *   Newton's law     M (v+ - vf) = J' p,  with the velocities vf without impulses
  *
  * Rates belong to the motion of the bodies at v+, and inverse dynamics multiplies with M. So the check uses neither W
- * nor the factors of the equations, except for units: with the weight s of an item, as in the cone solver, p / s and
- * s u are compared with the largest of these numbers in the island. M and J belong to the middle before its
- * displacement (m->position). Impulses that the cone solver did not find are counted (failures), and Newton's law alone
- * is checked for them. With other loops, it is not checked, because a step does not compute their impulses.
+ * nor the factors of the equations. Only units need W. With the weight s of an item, as in the cone solver, p / s and
+ * s u have one unit. Each is compared with the largest of these numbers in the island. M and J belong to the middle
+ * before its displacement (m->position). Impulses that the cone solver did not find are counted (failures), and
+ * Newton's law alone is checked for them. With other loops, it is not checked, because a step does not compute their
+ * impulses.
  *
  * Cost: O(n). */
 /* SPDX-License-Identifier: Apache-2.0 */
@@ -24,9 +25,9 @@
 /* A law is violated beyond this part of the largest impulse or rate: ten times the residual of the cone solver. */
 static const double violated = 1e-6;
 
-/* Chooses item i as item j of the island: writes its impulses, its rates at v+ and its limit in the weight s: 1 / sqrt
- * of the largest number on the diagonal of its block of W. Returns the largest of the impulses, and of its rates
- * without impulses. */
+/* Chooses item i as item j of the island. Writes its impulses, its rates at v+ and its limit in the weight s, which is
+ * 1 / sqrt of the largest number on the diagonal of its block of W. Returns the largest of the impulses, and of its
+ * rates without impulses. */
 static double choose_item(const kt_simulation *simulation, int i, int j) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_moreau *m = simulation->moreau;
@@ -80,6 +81,22 @@ static kt_status check_island(const kt_simulation *simulation, int island, kt_er
     return KT_OK;
 }
 
+/* Replaces the sizes of terms in each tree of links by the largest one, as moments. If a leg moves with its base, the
+ * forces of the leg may cancel in the moment of its hip. The rounding of this moment then is that of forces which only
+ * the coordinates of the base show. Links of a tree follow each other. */
+static void share_sizes(const kt_model *model, double *size) {
+    const kt_link *link = model->link;
+    for (size_t i = 1, end; i < model->n.link; i = end) {
+        double most = 0.0;
+        for (end = i; end < model->n.link && (end == i || link[end].parent > 0); end++)
+            for (int k = 0; k < kt_link_dofs(&link[end]); k++)
+                most = fmax(most, size[link[end].v + k] * (k < kt_link_lengths(&link[end]) ? model->length : 1.0));
+        for (size_t j = i; j < end; j++)
+            for (int k = 0; k < kt_link_dofs(&link[j]); k++)
+                size[link[j].v + k] = k < kt_link_lengths(&link[j]) ? most / model->length : most;
+    }
+}
+
 /* Newton's law. Forces are impulses over h. Inverse dynamics with the accelerations v+ / h and vf / h differ by
  * M (v+ - vf) / h. Each is a term of the residual, so that rounding of velocities is no violation. */
 static kt_status check_momentum(kt_simulation *simulation, double h, kt_error *error) {
@@ -107,6 +124,7 @@ static kt_status check_momentum(kt_simulation *simulation, double h, kt_error *e
                 size[line.v[j]] += fabs(force);
             }
         }
+    share_sizes(model, size);
     return status == KT_OK ? kt_contacts_compare_newton(simulation, m->t, left, size, error) : status;
 }
 

@@ -26,8 +26,8 @@ static double slip_of_joint(const kt_model *model, const kt_contact *contact, co
 }
 
 /* The event value of a contact: its gap, or its reaction. A contact that touches has not parted within the rounding of
- * its gap: in a step too short for the gap to change, this rounding would open and close the contact without end. The
- * value of a contact that is held has no sign, so that the contact does not open. */
+ * its gap. Otherwise, in steps too short for the gap to change, rounding would open and close the contact without end.
+ * The value of a contact that is held has no sign, so that the contact does not open. */
 static double contact_value_of(const kt_contact *contact, double t, bool closed, double reaction) {
     const kt_contact_memory *memory = &contact->simulation->contact_state[contact->index];
     const double gap = contact->simulation->contacts->gap[contact->index];
