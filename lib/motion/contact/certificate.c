@@ -194,20 +194,29 @@ static bool has_other_forces(const kt_simulation *simulation) {
     return model->n.varying > 0 || model->n.load > 0 || simulation->size.balanced > 0;
 }
 
+/* The factor that makes a moment of a force in coordinate k of a link. */
+static double to_moment(const kt_model *model, const kt_link *link, int k) {
+    return k < kt_link_lengths(link) ? model->length : 1.0;
+}
+
+/* Links of a tree follow each other. */
 kt_status kt_contacts_compare_newton(const kt_simulation *simulation, double t, const double *left, const double *size,
                                      kt_error *error) {
     const kt_model *model = simulation->model;
-    for (int body = 1; body < kt_model_body_count(model); body++) {
-        const kt_coordinates at = kt_body_coordinates(model, body);
-        const int lengths = kt_link_lengths(&model->link[model->body[body].link]);
-        double most = simulation->steps_over_contacts ? 0.0 : size_in_joint(simulation, body), worst = 0.0;
-        for (int k = 0; k < at.nv; k++) {
-            const double unit = k < lengths ? model->length : 1.0;
-            most = fmax(most, unit * size[at.v + k]);
-            worst = fmax(worst, unit * fabs(left[at.v + k]));
+    const kt_link *link = model->link;
+    for (size_t i = 1, end; i < model->n.link; i = end) {
+        double most = 0.0;
+        for (end = i; end < model->n.link && (end == i || link[end].parent > 0); end++) {
+            most = fmax(most, simulation->steps_over_contacts ? 0.0 : size_in_joint(simulation, link[end].body));
+            for (int k = 0; k < kt_link_dofs(&link[end]); k++)
+                most = fmax(most, to_moment(model, &link[end], k) * size[link[end].v + k]);
         }
-        if (at.nv > 0 && !(worst <= balanced * most))
-            return reject_newton(simulation, t, body, worst, most, error);
+        for (size_t j = i; j < end; j++)
+            for (int k = 0; k < kt_link_dofs(&link[j]); k++) {
+                const double residual = to_moment(model, &link[j], k) * fabs(left[link[j].v + k]);
+                if (!(residual <= balanced * most))
+                    return reject_newton(simulation, t, link[j].body, residual, most, error);
+            }
     }
     return KT_OK;
 }

@@ -406,8 +406,9 @@ KT_CHECKED kt_status kt_contacts_check_rates(kt_simulation *simulation, double t
 bool kt_contacts_may_act(const kt_simulation *simulation, double t);
 /* Whether the multipliers of a record at t obey signs and cones. */
 bool kt_contacts_have_reserves(const kt_simulation *simulation, double t);
-/* Compares the residuals `left` of Newton's law in each body's joint with the sums of the sizes of their terms
- * (certificate.c). Forces count as moments, because a horizontal force that vanishes has the rounding of vertical ones.
+/* Compares the residuals `left` of Newton's law in each coordinate with the largest sum of the sizes of terms in its
+ * tree of links (certificate.c). Forces count as moments. If a leg moves with its base, the forces of the leg may
+ * cancel in the moment of its hip, whose rounding then is that of forces which only the coordinates of the base show.
  */
 KT_CHECKED kt_status kt_contacts_compare_newton(const kt_simulation *simulation, double t, const double *left,
                                                 const double *size, kt_error *error);

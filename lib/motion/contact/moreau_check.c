@@ -81,22 +81,6 @@ static kt_status check_island(const kt_simulation *simulation, int island, kt_er
     return KT_OK;
 }
 
-/* Replaces the sizes of terms in each tree of links by the largest one, as moments. If a leg moves with its base, the
- * forces of the leg may cancel in the moment of its hip. The rounding of this moment then is that of forces which only
- * the coordinates of the base show. Links of a tree follow each other. */
-static void share_sizes(const kt_model *model, double *size) {
-    const kt_link *link = model->link;
-    for (size_t i = 1, end; i < model->n.link; i = end) {
-        double most = 0.0;
-        for (end = i; end < model->n.link && (end == i || link[end].parent > 0); end++)
-            for (int k = 0; k < kt_link_dofs(&link[end]); k++)
-                most = fmax(most, size[link[end].v + k] * (k < kt_link_lengths(&link[end]) ? model->length : 1.0));
-        for (size_t j = i; j < end; j++)
-            for (int k = 0; k < kt_link_dofs(&link[j]); k++)
-                size[link[j].v + k] = k < kt_link_lengths(&link[j]) ? most / model->length : most;
-    }
-}
-
 /* Newton's law. Forces are impulses over h. Inverse dynamics with the accelerations v+ / h and vf / h differ by
  * M (v+ - vf) / h. Each is a term of the residual, so that rounding of velocities is no violation. */
 static kt_status check_momentum(kt_simulation *simulation, double h, kt_error *error) {
@@ -124,7 +108,6 @@ static kt_status check_momentum(kt_simulation *simulation, double h, kt_error *e
                 size[line.v[j]] += fabs(force);
             }
         }
-    share_sizes(model, size);
     return status == KT_OK ? kt_contacts_compare_newton(simulation, m->t, left, size, error) : status;
 }
 

@@ -1,12 +1,15 @@
-/* Bounces of hard stops, slip of light feet and boxes that come to rest, and the limit of the number of bounces. */
+/* Bounces of hard stops, slip of light feet and boxes that come to rest, the limit of the number of bounces, and blocks
+ * that rock until they rest. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/simulation.h"
 
 #include <float.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "check.h"
+#include "motion/simulation/parsed.h"
 #include "motion/simulation/scenes.h"
 
 static const double g = 9.81;
@@ -345,4 +348,48 @@ KT_TEST(slow_parting_is_not_ended_by_rounding) {
         most = counts.steps + counts.rejected > most ? counts.steps + counts.rejected : most;
     }
     kt_check_below("steps", (double)most, 205.0);
+}
+
+static int add_forces(const kt_record *record, void *user) {
+    double *N = user;
+    *N = fabs(record->loop_reactions[0].force.z + record->loop_reactions[2].force.z);
+    return 0;
+}
+
+/* A block on two slides rocks on a rough floor until it rests flat. Its weight acts on the vertical slide alone. The
+ * horizontal one then carries the roundings of friction alone, which Newton's law of the records must not take for
+ * forces. */
+KT_TEST(block_on_slides_rocks_until_it_rests) {
+    kt_random random = kt_random_of_test();
+    KT_WORST weight = kt_worst_make("normal forces, part of the weight"), lean = kt_worst_make("lean, rad");
+    for (int i = 0; i < 30; i++) {
+        char text[2048];
+        kt_parsed m;
+        kt_error error = {0};
+        double N = 0.0;
+        const double mass = pow(10.0, kt_random_uniform(&random, -6.0, 6.0)),
+                     to = kt_random_uniform(&random, 0.02, 0.2);
+        const double a = 0.2, b = 0.4, inertia = mass * (a * a + b * b) / 3.0;
+        (void)snprintf(text, sizeof text,
+                       "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+                       "  - {name: cart, mass: 0, joint: {type: prismatic, axis: x}}\n"
+                       "  - {name: lift, parent: cart, mass: 0, joint: {type: prismatic, axis: z, position: %.17g}}\n"
+                       "  - {name: block, parent: lift, mass: %.17g, inertia: [%.17g, %.17g, %.17g],\n"
+                       "     markers: {left: [%g, 0, %g], right: [%g, 0, %g]},\n"
+                       "     joint: {type: revolute, axis: y, position: %.17g}}\n"
+                       "effects:\n"
+                       "  - {name: l, type: contact, point: block.left, radius: 0, plane: world, restitution: 0, "
+                       "friction: 1}\n"
+                       "  - {name: r, type: contact, point: block.right, radius: 0, plane: world, restitution: 0, "
+                       "friction: 1}\n",
+                       a * sin(to) + b * cos(to), mass, inertia, inertia, inertia, -a, -b, a, -b, to);
+        kt_parsed_make(&m, text);
+        kt_run run = kt_run_within("dopri5", 1e-9, 2.0);
+        run.interval = 1e-3;
+        run.record = KT_RECORD_REACTION;
+        kt_simulation *simulation = kt_test_simulation(m.model, &run, NULL);
+        kt_need_fine("runs", kt_simulation_run(simulation, add_forces, &N, &error), &error);
+        kt_worst_near(&weight, N / (mass * g), 1.0, 1e-9, "block %d", i);
+        kt_worst_near(&lean, kt_simulation_positions(simulation)[2], 0.0, 1e-13, "block %d", i);
+    }
 }
