@@ -9,6 +9,7 @@
 
 #include "kinetree/algebra.h"
 
+#include <float.h>
 #include <math.h>
 
 kt_status kt_stability_make(const kt_method *method, int stages, kt_stability *stability, kt_error *error) {
@@ -59,10 +60,14 @@ double kt_stability_growth(const kt_stability *s, kt_complex lambda, double step
     return isnan(growth) ? HUGE_VAL : growth;
 }
 
+/* The error of a period is 2 pi |z|^p times a constant near 1. If |z| is below sqrt(eps), the roundings of R(z) over
+ * 2 pi / |z| steps are larger, and the error counts as zero. */
 double kt_stability_period_error(const kt_stability *s, kt_complex lambda, double step) {
     if (!s)
         return (double)NAN;
     const kt_complex z = {step * lambda.re, step * fabs(lambda.im)}, value = kt_stability_value(s, z);
+    if (kt_hypot(z.re, z.im) < sqrt(DBL_EPSILON))
+        return 0.0;
     const double steps = 2.0 * acos(-1.0) / z.im, turn = steps * atan2(value.im, value.re);
     const double gain = exp(steps * log(kt_hypot(value.re, value.im))), truth = exp(steps * z.re);
     const double error = kt_hypot(gain * cos(turn) - truth, gain * sin(turn));

@@ -523,3 +523,16 @@ KT_TEST(the_worst_mode_of_a_step_is_the_one_that_grows_most) {
     kt_check_near("no method", kt_stability_step(&wrong, modes, 4, 1.0, 2.0, &index), 0.0, 0.0);
     kt_check_equal_int("stages of a tableau", kt_stability_stages(rk4, 1e6), 4);
 }
+
+/* Near rest, roundings leave modes of 1e-119 Hz, for example. Their periods take more steps than R(z) has digits. The
+ * largest error is that of euler, pi / 0.8 |z| e^(1.5 pi), with |z| = 1e-7 at the most. */
+KT_TEST(oscillations_slower_than_rounding_have_no_error) {
+    static const char *const methods[] = {"euler", "heun", "rk4", "radau5"};
+    KT_WORST worst = kt_worst_make("error of a period");
+    for (size_t i = 0; i < sizeof methods / sizeof *methods; i++)
+        for (double rate = 1e-4; rate > 1e-300; rate *= 0.1) {
+            const kt_stability s = stability_of(kt_method_find(methods[i]), 0);
+            const double error = kt_stability_period_error(&s, (kt_complex){0.6 * rate, 0.8 * rate}, 1e-3);
+            kt_worst_below(&worst, error, 4.5e-5, "%s, %g /s", methods[i], rate);
+        }
+}
