@@ -6,7 +6,8 @@
  * deviates from the dense output by at most 4/27 h |f1 - f1'|, which is small against the path of the step if the step
  * resolves the motion.
  *
- * With g_0 .. g_4 the values along the parabola, an event is far if all values have the sign of the event's side, and
+ * With g_0 .. g_4 the values along the parabola, an event is far if all values have the sign of the event's side, no
+ * contact that touches penetrates (kt_event_depth), and
  *
  *     min |g_j| > far_ranges (max g_j - min g_j)
  *
@@ -49,7 +50,8 @@ static bool event_is_far(const kt_simulation *simulation, size_t k, double *size
     }
     *size = fmax(fabs(low), fabs(high));
     const int side = simulation->events.search[k].side;
-    return side != 0 && kt_sign_of(low) == side && kt_sign_of(high) == side &&
+    const bool is_deep = side < 0 && low < kt_event_depth(simulation, k);
+    return side != 0 && kt_sign_of(low) == side && kt_sign_of(high) == side && !is_deep &&
            fmin(fabs(low), fabs(high)) > far_ranges * (high - low); /* false for infinite values */
 }
 

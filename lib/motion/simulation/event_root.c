@@ -240,15 +240,20 @@ static bool is_negative_at_once(const kt_simulation *simulation, size_t k, const
            times[0] == kt_integrator_previous_time(simulation->integrator) && first < -nothing * search->size;
 }
 
+double kt_event_depth(const kt_simulation *simulation, size_t k) {
+    if (k >= kt_simulation_contact_events(simulation))
+        return -HUGE_VAL;
+    const double begin = simulation->events.value[KT_EVENT_SAMPLES * simulation->size.event + k]; /* of the step */
+    const double margin = simulation->events.source->margin(simulation, k);
+    return begin > -margin ? -margin : begin - 0.5 * margin;
+}
+
 kt_status kt_event_find_root(kt_simulation *simulation, size_t k, const double *times, double *root, int *side,
                              kt_error *error) {
     sample samples[SAMPLES_MOST];
     int count, from = simulation->events.search[k].side;
     const kt_status status = place_samples(simulation, k, times, samples, &count, error);
-    const double begin = simulation->events.value[KT_EVENT_SAMPLES * simulation->size.event + k]; /* of the step */
-    const bool is_contact = k < kt_simulation_contact_events(simulation);
-    const double margin = is_contact ? simulation->events.source->margin(simulation, k) : 0.0;
-    const double depth = fmin(begin + 0.5 * margin, 0.0) - margin;
+    const double depth = kt_event_depth(simulation, k);
     *root = HUGE_VAL;
     if (status == KT_OK && is_negative_at_once(simulation, k, times)) {
         *root = times[0];
@@ -257,7 +262,7 @@ kt_status kt_event_find_root(kt_simulation *simulation, size_t k, const double *
     }
     for (int i = 1; status == KT_OK && i < count; i++) {
         const int to = kt_sign_of(samples[i].g);
-        if (from < 0 && samples[i].g < depth && is_contact) {
+        if (from < 0 && samples[i].g < depth) {
             *side = -1;
             return enclose_root(simulation, k, depth, samples[i - 1], samples[i], root, error);
         }

@@ -40,6 +40,10 @@ KT_CHECKED kt_status kt_event_evaluate_all(kt_simulation *simulation, double t, 
 kt_status kt_event_fail(const kt_event *event, const char *what, double t, const kt_error *from, int code,
                         kt_error *error);
 
+/* The value below which event k of a contact that touches is due: it penetrates, however slowly. -HUGE_VAL for other
+ * events. A step that begins deeper may go deeper by half of this margin. */
+double kt_event_depth(const kt_simulation *simulation, size_t k);
+
 /* Finds the first root of event k in a panel in its direction, and the side behind the root. `times` are the times of
  * the samples, whose values are in simulation->events.value. HUGE_VAL: no root, and the side of g does not change. */
 KT_CHECKED kt_status kt_event_find_root(kt_simulation *simulation, size_t k, const double *times, double *root,
