@@ -110,7 +110,7 @@ typedef struct kt_simulation_options {
 enum {
     KT_EVENT_EVALUATIONS = 4096,       /* the default */
     KT_EVENT_EVALUATIONS_LEAST = 1200, /* the least: nine repetitions of a step, each with 128 values for a root */
-    KT_STALL_EVALUATIONS = 10000 /* in runs by the command: eight times the longest step of tests without a limit */
+    KT_STALL_EVALUATIONS = 2000 /* in runs by the command: more than the longest whole step of tests without a limit */
 };
 
 /* Returns options that are zero except for their size: the engine's own equations and projection, no limits. */
