@@ -315,13 +315,14 @@ static double change_of_value(const kt_statics *statics, const target *of, doubl
     return sum;
 }
 
-/* Writes the part of each unknown in an item, four numbers each: its forces along Z, and t. */
-static void copy_local_columns(const kt_statics *statics, const kt_statics_item *item, int n) {
+/* Writes the part of each unknown in an item: a row for each of its forces along Z, and one for t. Loops along rows
+ * take several unknowns at a time. */
+static void copy_local_rows(const kt_statics *statics, const kt_statics_item *item, int n) {
     const int forces = item->type == KT_STATICS_CONE ? 3 : 1;
     memset(statics->local, 0, 4 * (size_t)n * sizeof *statics->local);
     for (int j = 0; j < statics->nullity; j++)
-        memcpy(statics->local + 4 * j, statics->basis + (statics->rank + j) * statics->rows + item->row,
-               (size_t)forces * sizeof *statics->local);
+        for (int k = 0; k < forces; k++)
+            statics->local[k * n + j] = statics->basis[(statics->rank + j) * statics->rows + item->row + k];
     if (n > statics->nullity)
         statics->local[4 * n - 1] = 1.0;
 }
@@ -329,17 +330,16 @@ static void copy_local_columns(const kt_statics *statics, const kt_statics_item 
 /* Adds the derivatives of an item's terms to the derivatives by all unknowns. */
 static void add_item_derivatives(kt_statics *statics, int n, const kt_statics_item *item, double t) {
     double g[4], h[16], column[4];
+    const double *x = statics->local, *y = x + n, *z = y + n, *w = z + n;
     differentiate_barrier(item, statics->p, t, g, h);
-    copy_local_columns(statics, item, n);
+    copy_local_rows(statics, item, n);
     for (int j = 0; j < n; j++) {
-        const double *x = statics->local + 4 * j;
-        statics->step[j] -= g[0] * x[0] + g[1] * x[1] + g[2] * x[2] + g[3] * x[3];
+        double *restrict hessian = statics->hessian + j * n;
+        statics->step[j] -= g[0] * x[j] + g[1] * y[j] + g[2] * z[j] + g[3] * w[j];
         for (int a = 0; a < 4; a++)
-            column[a] = h[4 * a] * x[0] + h[4 * a + 1] * x[1] + h[4 * a + 2] * x[2] + h[4 * a + 3] * x[3];
-        for (int i = j; i < n; i++) {
-            const double *y = statics->local + 4 * i;
-            statics->hessian[j * n + i] += y[0] * column[0] + y[1] * column[1] + y[2] * column[2] + y[3] * column[3];
-        }
+            column[a] = h[4 * a] * x[j] + h[4 * a + 1] * y[j] + h[4 * a + 2] * z[j] + h[4 * a + 3] * w[j];
+        for (int i = j; i < n; i++)
+            hessian[i] += x[i] * column[0] + y[i] * column[1] + z[i] * column[2] + w[i] * column[3];
     }
 }
 

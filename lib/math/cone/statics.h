@@ -54,7 +54,7 @@ typedef struct kt_statics_item {
     X(double, basis, rows *rows, "orthonormal: first of the range of A', then Z")                                      \
     X(double, hessian, (rows + 1) * (rows + 1), "scratch, of x and t; its lower triangle by columns")                  \
     X(double, step, rows + 1, "scratch: Newton's step of x and t")                                                     \
-    X(double, local, 4 * (rows + 1), "scratch: of each unknown, its part in an item")                                  \
+    X(double, local, 4 * (rows + 1), "scratch: of each unknown, its part in an item; by rows")                         \
     X(double, next, rows, "scratch: forces after the step")                                                            \
     X(double, change, rows, "scratch: by which forces change")                                                         \
     X(int, pivot, rows, "scratch: of a matrix that is not symmetric")
