@@ -55,7 +55,7 @@ double kt_contacts_find_rates(kt_simulation *simulation) {
         c->selected->approach = 0.0;
         for (int i = 0; i < c->touching; i++) {
             c->u[i] = kt_contact_rate(c, i, &size);
-            if (fabs(c->u[i]) <= kt_contact_rounding * size)
+            if (i < c->meeting && fabs(c->u[i]) <= kt_contact_rounding * size)
                 c->u[i] = 0.0;
             if (i < c->meeting)
                 c->selected->approach = fmax(c->selected->approach, -c->u[i] / c->item[c->list[i]].unit);
