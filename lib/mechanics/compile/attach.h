@@ -139,10 +139,10 @@ bool kt_attach_find_origin(const kt_model *m, const kt_loop_record *r, kt_vec3 *
 
 /* Stores the length of the longest loop, once around, at the initial positions. Also stores the rounding errors that
  * result from the lengths as given (assembly/rounding.h). In the first length, points on the ground count by their
- * distance from one common origin. The common origin is that of the first loop for which kt_attach_find_origin
- * succeeds. In the lengths as given, points count by their distance from the world's origin. If all loops are shorter
- * than rounding, such as a hinge on a joint, the lengths as given count, or else the lengths of the tree. Without any
- * length, the result is 1. Needs the paths. */
+ * distance from one common origin: the mean of the points that kt_attach_find_origin finds. In the lengths as given,
+ * points count by their distance from the world's origin. If all loops are shorter than rounding, such as a hinge on a
+ * joint, the lengths as given count, or else the lengths of the tree. Without any length, the result is 1. Needs the
+ * paths. */
 void kt_attach_measure_loops(const kt_attach *a, kt_model *m);
 
 /* Unites the sets of i and j. */

@@ -160,21 +160,29 @@ static double reach_of_tree(const kt_attach *a) {
     return most;
 }
 
+static bool is_measured(const kt_loop_record *r) { return !kt_attach_is_relation(r->type) && !kt_loop_is_off(r); }
+
+/* The mean of the points that kt_attach_find_origin finds. Each point has a part in it, so that the order of the loops
+ * does not matter. */
+static kt_vec3 common_origin(const kt_model *m) {
+    kt_vec3 mean = kt_vec3_make(0.0, 0.0, 0.0), own;
+    double count = 0.0;
+    for (size_t i = 0; i < m->n.loop; i++)
+        if (is_measured(&m->loop[i]) && kt_attach_find_origin(m, &m->loop[i], &own))
+            mean = kt_vec3_add(mean, kt_vec3_scale(1.0 / ++count, kt_vec3_sub(own, mean)));
+    return mean;
+}
+
 void kt_attach_measure_loops(const kt_attach *a, kt_model *m) {
-    const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0);
+    const kt_vec3 none = kt_vec3_make(0.0, 0.0, 0.0), common = common_origin(m);
     double about = 0.0, longest = 0.0, given = 0.0;
+    kt_vec3 own;
     for (int pass = 0; pass < 2; pass++) { /* only those that may be the longest are summed link by link */
-        kt_vec3 common = none, own;
-        bool has_common = false;
         for (size_t i = 0; i < m->n.loop; i++) {
             kt_loop_record *r = &m->loop[i];
-            if (kt_attach_is_relation(r->type) || kt_loop_is_off(r))
+            if (!is_measured(r))
                 continue;
-            const bool counted = kt_attach_find_origin(m, r, &own);
-            if (counted && !has_common)
-                common = own;
-            has_common |= counted;
-            const kt_vec3 origin = counted ? common : none;
+            const kt_vec3 origin = kt_attach_find_origin(m, r, &own) ? common : none;
             const double length = length_of_loop(a, r, origin, false);
             if (pass && length >= (1.0 - 1e-9) * about)
                 longest = fmax(longest, length_of_loop(a, r, origin, true));
