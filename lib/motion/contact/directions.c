@@ -6,11 +6,12 @@
  * goes round its rest without ever reversing along d, in steps of about |s| m / (mu N).
  *
  * So slip counts its turns while it is slower than the rest velocity of its contact. It also counts steps along which
- * such slip does not grow: because rounding may hide turns, and one foot may slip while it holds another foot. Tries of
- * a fixed step that find no solution, or gain energy, count, too (contact/retry.c). After TURNS such events,
- * contacts that slip below their rest velocity come to rest at the beginning of a step, like slip that comes to rest in
- * ever shorter parts (contact/contact_part.c). If friction can hold only some contacts, the others begin to slip again.
- * If friction can hold none, all slip on as before.
+ * such slip grows by less than an eighth: because rounding may hide turns, one foot may slip while it holds another
+ * foot, and steps that friction keeps short need thousands for slip that grows slowly. Tries of a fixed step that find
+ * no solution, or gain energy, count, too (contact/retry.c). After TURNS such events, contacts that slip below their
+ * rest velocity come to rest at the beginning of a step, like slip that comes to rest in ever shorter parts
+ * (contact/contact_part.c). If friction can hold only some contacts, the others begin to slip again. If friction can
+ * hold none, all slip on as before.
  *
  * The errors of adaptive steps may be larger than the rest velocity. Slip then goes round its rest at the speed of
  * these errors, or stays at one speed: the stages of heun may lie on both sides of rest, and their forces cancel. Slip
@@ -20,7 +21,7 @@
  * part of a step, and the errors of stages are of the size of its slip. Slip that reverses TURNS times within the
  * length of a step comes to rest at whatever speed, since the step does not resolve it. Steps predict slip with other
  * forces than decisions do (evaluate/slip_prediction.c), so next to the limit of rest these may contradict each other.
- * Therefore friction holds such slip for the length of a step.
+ * Therefore friction holds slip that came to rest by turns, for `hold` and for the length of a step.
  *
  * Such slip may also hover: steps in which its stages lie on both sides of rest keep its speed, and longer ones gain
  * energy. No part of the step ends this, whether friction can hold the contact or not. Behind TRIES tries within the
@@ -49,8 +50,8 @@
 
 enum { TURNS = 8, TRIES = 64 };
 
-/* A part of the time in which the mechanism moves by its own size (own_time.c). */
-static const double hold = 3e-4;
+/* A part of the time in which the mechanism moves by its own size (own_time.c), and growth in a step that counts. */
+static const double hold = 3e-4, grown = 1.125;
 /* The largest slip that many tries of a fixed step end, relative to the rest velocity. */
 static const double hovering = 100.0;
 
@@ -229,7 +230,7 @@ static void take_directions(kt_simulation *simulation) {
         const double speed = kt_hypot(s[0], s[1]);
         const bool is_slow = speed <= slow_speed_of(simulation, k, unresolved);
         const bool turns = d[0] != memory->slip[0] || d[1] != memory->slip[1];
-        memory->turns = is_slow ? memory->turns + (turns || speed <= memory->speed) : 0;
+        memory->turns = is_slow ? memory->turns + (turns || speed <= grown * memory->speed) : 0;
         memory->speed = speed;
         memcpy(memory->slip, d, sizeof memory->slip);
     }
@@ -410,8 +411,7 @@ static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
     c->stops = false;
     for (int k = 0; k < c->sides; k++) {
         double *stops_below = &simulation->contact_state[k].stops_below;
-        if (simulation->step > 0.0 && *stops_below > 0.0 &&
-            kt_contact_is_closed(simulation->model, &c->item[c->item[k].of]))
+        if (*stops_below > 0.0 && kt_contact_is_closed(simulation->model, &c->item[c->item[k].of]))
             hold_friction(simulation, c->item[k].of);
         *stops_below = 0.0;
     }
