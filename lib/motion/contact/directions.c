@@ -86,9 +86,10 @@ bool kt_contact_is_slipping(const kt_simulation *simulation, int k) {
     return simulation->model->loop[simulation->contacts->item[k].loop].slips > 0;
 }
 
-/* Whether steps may be too long for the rate at which friction turns slip: fixed steps of explicit methods. */
+/* Whether steps may be too long for the rate at which friction turns slip: fixed steps of explicit methods. This does
+ * not depend on the present slip: decisions at the start, at which nothing slips yet, predict as the steps behind. */
 static bool predicts_wide(const kt_simulation *simulation) {
-    return simulation->step > 0.0 && simulation->integrator->options.newton == NULL && simulation->model->n.slip > 0;
+    return simulation->step > 0.0 && simulation->integrator->options.newton == NULL && simulation->contacts->rubs;
 }
 
 /* Whether two contacts slip, and act on each other. */
@@ -452,7 +453,7 @@ kt_status kt_contacts_begin_slip(kt_simulation *simulation, kt_error *error) {
 
 kt_status kt_contacts_begin_prediction(kt_simulation *simulation, kt_error *error) {
     (void)error;
-    if (simulation->contacts->rubs && predicts_wide(simulation) && take_loads(simulation))
+    if (simulation->model->n.slip > 0 && predicts_wide(simulation) && take_loads(simulation))
         kt_integrator_change(simulation->integrator, true);
     return KT_OK;
 }
