@@ -68,18 +68,22 @@ uint64_t kt_contacts_find_held(const kt_simulation *simulation) {
 }
 
 /* A contact grazes if its gap closes no faster than its rest velocity, or if the contact grazed when it closed and has
- * not opened since. A grazing contact whose friction leaves has no load, such as in flight, and opens. Otherwise its
- * friction would stick and leave without end. */
+ * not opened since. A contact that touches at rest grazes if another one leaves, whose load it may take over: nothing
+ * accelerates the next corner of a box that tilts at the instant itself. A grazing contact whose friction leaves has no
+ * load, such as in flight, and opens. Otherwise its friction would stick and leave without end. */
 void kt_contacts_find_grazing(kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
+    bool leaves = false;
+    for (int i = 0; i < c->meeting; i++)
+        leaves = leaves || c->item[c->list[i]].leaves;
     for (int i = 0; i < c->meeting; i++) {
         kt_contact *item = &simulation->contacts->item[c->list[i]];
-        const double slowest =
-            fmax(kt_contact_loop(simulation, i)->rest_velocity, kt_contact_resting(simulation, c->list[i]));
+        const double rest = item->meets ? kt_contact_loop(simulation, i)->rest_velocity : 0.0;
+        const bool slow = fabs(c->u[i]) <= fmax(rest, kt_contact_resting(simulation, c->list[i]));
         item->grazes = kt_contact_is_closed(simulation->model, item)
                            ? simulation->contact_state[item->index].opens_at < 0.0 && !item->leaves &&
                                  (item->of < 0 || !c->item[item->of].leaves)
-                           : item->meets && fabs(c->u[i]) <= slowest;
+                           : slow && (item->meets || (leaves && !item->leaves));
     }
 }
 
