@@ -174,7 +174,6 @@ static kt_status follow_time_step(kt_simulation *simulation, kt_error *error) {
     c->rests = c->stops = true;
     if (status == KT_OK)
         status = kt_phase_settle(simulation, error);
-    kt_contacts_clear_due(c);
     c->rests = c->stops = false;
     return status;
 }

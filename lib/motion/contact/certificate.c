@@ -1,4 +1,4 @@
-/* The certificate of hard contacts: each record of a run, and each step behind a decision, satisfies the law.
+/* The certificate of hard contacts: each record of a run, and each decision, satisfies the law.
  *
  *   signs         a closed contact pushes, N >= 0
  *   cones         |T| <= mu N of a contact that sticks, and |tau| <= S of a dry joint that sticks
@@ -87,8 +87,7 @@ static bool is_bounded(const kt_simulation *simulation, double t, int k) {
     return has_bound(simulation, k) && !(t < simulation->contact_state[k].held);
 }
 
-/* Reserves of closed contacts and of sticking friction must not be negative. */
-static kt_status check_reserves(const kt_simulation *simulation, double t, kt_error *error) {
+kt_status kt_contacts_check_reserves(const kt_simulation *simulation, double t, kt_error *error) {
     const struct kt_contacts *c = simulation->contacts;
     for (int k = 0; k < c->n; k++) {
         double size;
@@ -102,11 +101,6 @@ static kt_status check_reserves(const kt_simulation *simulation, double t, kt_er
             k < c->sides ? "pulls" : "exceeds its friction", k < c->sides ? "opens and closes" : "slips and sticks");
     }
     return KT_OK;
-}
-
-bool kt_contacts_have_reserves(const kt_simulation *simulation, double t) {
-    kt_error made = {0};
-    return check_reserves(simulation, t, &made) == KT_OK;
 }
 
 /* ---- open contacts ----------------------------------------------------------------------------------------------- */
@@ -268,7 +262,7 @@ bool kt_contacts_may_act(const kt_simulation *simulation, double t) {
 }
 
 kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt_error *error) {
-    kt_status status = check_reserves(simulation, t, error);
+    kt_status status = kt_contacts_check_reserves(simulation, t, error);
     if (status == KT_OK)
         status = check_open(simulation, t, error);
     return status == KT_OK && !has_other_forces(simulation) ? check_newton(simulation, t, error) : status;
@@ -304,38 +298,29 @@ void kt_contacts_find_excess(kt_simulation *simulation) {
 }
 
 /* Counts a step that began with a force beyond its bound. */
-static void count_excess(kt_simulation *simulation) {
+kt_status kt_contacts_count_excess(kt_simulation *simulation, kt_error *error) {
     const kt_contact_excess *now = &simulation->contacts->excess;
     kt_contact_excess *all = &simulation->memory.excess;
     const uint64_t steps = all->steps + now->steps;
+    (void)error;
     *all = now->most > all->most ? *now : *all;
     all->steps = steps;
+    return KT_OK;
 }
 
 /* ---- an instant -------------------------------------------------------------------------------------------------- */
 
-/* A step that begins behind an instant has the forces of the contacts that were decided there. If a reserve is negative
- * at the beginning, the next decision usually follows at once, and no step is taken. */
-kt_status kt_contacts_check_decided(kt_simulation *simulation, kt_error *error) {
-    struct kt_contacts *c = simulation->contacts;
-    const double t = kt_integrator_previous_time(simulation->integrator);
-    const double *begin = simulation->events.value + (KT_EVENT_VALUES - 1) * simulation->size.event;
-    const bool decided = c->unchecked;
-    c->unchecked = false;
-    for (int k = 0; decided && k < c->n; k++) {
-        double size;
-        if (!is_bounded(simulation, t, k))
-            continue;
-        (void)reserve_of(simulation, c->row, k, &size);
-        if (!(begin[k] < -wrong * size))
-            continue;
-        kt_integrator_retreat(simulation->integrator, kt_integrator_time(simulation->integrator) - t);
-        return kt_error_set(
-            error, KT_ERROR_STEP, kt_where_at("contact", kt_loop_name(simulation->model, c->item[k].loop), t).text,
-            "its reaction %s by %.3g of %.3g (N or N m), as contacts were decided: no other forces were "
-            "found; take an elastic contact (stiffness)",
-            k < c->sides ? "pulls" : "exceeds its friction", -begin[k], size);
-    }
-    count_excess(simulation);
-    return KT_OK;
+bool kt_contact_breaks_law(const kt_simulation *simulation, int k, kt_error *error) {
+    const struct kt_contacts *c = simulation->contacts;
+    const double t = kt_integrator_time(simulation->integrator);
+    double size;
+    if (!is_bounded(simulation, t, k))
+        return false;
+    (void)reserve_of(simulation, c->row, k, &size);
+    return c->value[k] < -wrong * size &&
+           kt_error_set(error, KT_ERROR_STEP,
+                        kt_where_at("contact", kt_loop_name(simulation->model, c->item[k].loop), t).text,
+                        "its reaction %s by %.3g of %.3g (N or N m), as contacts were decided: no other forces were "
+                        "found; take an elastic contact (stiffness)",
+                        k < c->sides ? "pulls" : "exceeds its friction", -c->value[k], size) != KT_OK;
 }

@@ -174,7 +174,6 @@ kt_status kt_contacts_lay_out(kt_simulation *simulation, kt_error *error) {
     }
     simulation->memory.released = simulation->contact_released;
     c->window = 0.0;
-    c->unchecked = false;
     c->rubs = c->rests = c->strikes = c->stops = c->jams = c->releases = c->holds = c->holds_slow = false;
     for (int k = c->sides; k < c->n; k++) /* a loop that is off has no links */
         if (kt_contact_rubs(c, k))

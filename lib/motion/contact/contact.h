@@ -1,5 +1,4 @@
-/* Loops that bound one side (kt_loop.side) in a simulation: hard stops, contacts, slack ropes. Also friction that
- * sticks. */
+/* Loops that bound one side (kt_loop.side): hard stops, contacts, slack ropes. Also friction that sticks. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CONTACT_CONTACT_H
 #define KT_CONTACT_CONTACT_H
@@ -146,7 +145,6 @@ struct kt_contacts {
     bool releases, holds;   /* friction wedges a contact: that one is released, or all that are held stick */
     bool holds_slow;        /* with `holds`: all are held that slip about as fast as `wedged`, or slower */
     int wedged;             /* the contact that friction wedges */
-    bool unchecked;         /* contacts were decided at the present time (certificate.c) */
     bool strikes;           /* speeds of drives jump: contacts that are closed do not bounce */
     bool stops;             /* ends of slip accumulate: contacts that slip below their rest velocity come to rest */
     kt_contact_retry retry; /* tries of the present step */
@@ -404,8 +402,8 @@ KT_CHECKED kt_status kt_contacts_check_rates(kt_simulation *simulation, double t
                                              kt_status status, kt_error *error);
 /* Whether contacts may have forces in the state of a record at t: some are closed, or touch (certificate.c). */
 bool kt_contacts_may_act(const kt_simulation *simulation, double t);
-/* Whether the multipliers of a record at t obey signs and cones. */
-bool kt_contacts_have_reserves(const kt_simulation *simulation, double t);
+/* Checks that the multipliers of a record at t obey signs and cones: no reserve is negative. */
+KT_CHECKED kt_status kt_contacts_check_reserves(const kt_simulation *simulation, double t, kt_error *error);
 /* Compares the residuals `left` of Newton's law in each coordinate with the largest sum of the sizes of terms in its
  * tree of links (certificate.c). Forces count as moments. If a leg moves with its base, the forces of the leg may
  * cancel in the moment of its hip, whose rounding then is that of forces which only the coordinates of the base show.
@@ -414,10 +412,11 @@ KT_CHECKED kt_status kt_contacts_compare_newton(const kt_simulation *simulation,
                                                 const double *size, kt_error *error);
 /* Checks the forces of a record at t, and Newton's law (phase `check_record`, certificate.c). */
 KT_CHECKED kt_status kt_contacts_check_record(const kt_simulation *simulation, double t, kt_error *error);
-/* Checks the forces with which a step begins behind a decision, when the step is accepted. An error undoes the step. */
-KT_CHECKED kt_status kt_contacts_check_decided(kt_simulation *simulation, kt_error *error);
+/* Whether the event's value of item k in the present state, behind a decision, breaks the law. If so, sets an error. */
+bool kt_contact_breaks_law(const kt_simulation *simulation, int k, kt_error *error);
 /* Finds the largest force beyond the law where a step begins. Requires the values of the events there. */
 void kt_contacts_find_excess(kt_simulation *simulation);
+KT_CHECKED kt_status kt_contacts_count_excess(kt_simulation *simulation, kt_error *error);
 /* Sets the error of contacts without impulses, or without reactions (`what`). */
 kt_status kt_contacts_reject(kt_simulation *simulation, double t, const char *what, kt_error *error);
 

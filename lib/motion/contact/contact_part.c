@@ -71,6 +71,25 @@ static int watch_contact(const kt_instant *at, double *value, kt_error *error, v
     return 0;
 }
 
+/* Evaluates the values of all contacts in the present state, as the next step will. Returns the error's code. */
+static kt_status find_present_values(kt_simulation *simulation) {
+    const double *y = kt_integrator_state(simulation->integrator), *v = y + simulation->size.nq;
+    kt_instant at = {.model = simulation->model, .data = simulation->data, .q = y, .v = v, .tau = simulation->tau};
+    kt_error made = {0};
+    double first;
+    at.t = kt_integrator_time(simulation->integrator);
+    at.x = v + simulation->size.nv;
+    at.external = simulation->external;
+    kt_simulation_use_states(simulation, y);
+    simulation->cached = KT_CACHED_NOTHING;
+    return watch_contact(&at, &first, &made, &simulation->contacts->item[0]) == 0 ? KT_OK : made.code;
+}
+
+/* Whether friction wedges a contact in the present state. */
+static bool is_wedged(kt_simulation *simulation) {
+    return simulation->model->n.slip > 0 && find_present_values(simulation) == KT_ERROR_SINGULAR;
+}
+
 /* Resolves all contacts that are due at this instant, also those whose reactions end. An earlier event at this instant
  * may have resolved a contact already, which then has the other side again. */
 static int act_on_contacts(kt_simulation *simulation, const kt_occurrence *what, kt_error *error, void *user) {
@@ -92,6 +111,8 @@ static int act_on_contacts(kt_simulation *simulation, const kt_occurrence *what,
     kt_contacts_clear_due(c);
     c->rests = c->stops = false;
     c->window = 0.0;
+    if (status == KT_OK && any && is_wedged(simulation)) /* no step begins here, except a time step */
+        (void)kt_bounded_step_replaces(simulation, KT_ERROR_SINGULAR);
     return status == KT_OK || kt_bounded_step_replaces(simulation, status) ? 0 : -1;
 }
 
@@ -136,16 +157,13 @@ static void store_changes(kt_simulation *simulation) {
 
 /* Adds to *lost the energy that closing contacts and sticking friction dissipate without an impact: a bounce or slip
  * that comes to rest, or is held, still has a speed, which the projection onto the loops removes. A change of
- * velocities of the size of rounding dissipates nothing. Any other change turns slow slip, so that reactions differ
- * from those that were decided: a contact that pulls then opens at this instant. */
+ * velocities of the size of rounding dissipates nothing. */
 static kt_status add_holds(kt_simulation *simulation, const double *y, double *lost, kt_error *error) {
     const struct kt_contacts *c = simulation->contacts;
     double held = 0.0;
     const kt_status status = kt_simulation_find_loss(simulation, c->v, y, &held, error);
-    if (status == KT_OK && sqrt(2.0 * held) > kt_contact_rounding * c->speed) {
+    if (status == KT_OK && sqrt(2.0 * held) > kt_contact_rounding * c->speed)
         *lost += held;
-        kt_simulation_mark_jump(simulation);
-    }
     return status;
 }
 
@@ -300,18 +318,7 @@ static kt_status resolve_once(kt_simulation *simulation, kt_error *error) {
     if (status != KT_OK)
         return status;
     simulation->memory.held = kt_contacts_find_held(simulation);
-    c->unchecked = true;
     return watch_open(simulation, t, error);
-}
-
-/* Whether friction wedges a contact in the present state. */
-static bool is_wedged(kt_simulation *simulation) {
-    const double t = kt_simulation_time_inside(simulation, kt_integrator_time(simulation->integrator));
-    kt_error made = {0};
-    return simulation->model->n.slip > 0 &&
-           kt_simulation_accelerate(simulation, t, kt_integrator_state(simulation->integrator), simulation->tau,
-                                    simulation->external, simulation->a, &made) != KT_OK &&
-           made.code == KT_ERROR_SINGULAR;
 }
 
 /* Lets slip that is no faster than its rest velocity come to rest. Returns whether any does. */
@@ -376,28 +383,35 @@ bool kt_contacts_free_wedged(kt_simulation *simulation, int *attempt) {
     return status == KT_OK;
 }
 
-/* The projection that ends rates of some contacts changes those of others. An open contact that touches may then close.
- * The next decision, at this instant, finds its impact. Otherwise the contact would penetrate first, and strike faster
- * than it parted: its bounces would not fade. */
+/* A decision holds if the state to which it leads has its forces. The projection that ends rates of some contacts
+ * changes those of others: an open contact that touches may close, and slow slip may turn. Then the next decision, at
+ * this instant, frees items whose reserve is negative, and finds the impacts of contacts that close. Otherwise such a
+ * contact would penetrate first, and strike faster than it parted: its bounces would not fade. */
 enum { DECISIONS = 8 };
 
-/* Whether an open contact that touches closes in the present state. */
-static bool closes_by_projection(const kt_simulation *simulation) {
-    const struct kt_contacts *c = simulation->contacts;
+/* Whether the present state refutes the decision. Marks the items that leave, with an error. */
+static bool is_refuted(kt_simulation *simulation, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
     const double *v = kt_integrator_state(simulation->integrator) + simulation->size.nq;
-    bool closes = false;
-    for (int k = 0; k < c->sides && kt_simulation_has_jumped(simulation); k++)
-        closes = closes || (simulation->event_memory[k].side < 0 && !c->item[k].spared &&
-                            !kt_contact_is_closed(simulation->model, &c->item[k]) &&
-                            kt_contacts_rate(c, k, 0, v) < -kt_contact_resting(simulation, k));
-    return closes;
+    bool refuted = false;
+    error->code = KT_OK;
+    for (int k = find_present_values(simulation) == KT_OK ? 0 : c->n; k < c->n; k++) {
+        const bool leaves = kt_contact_breaks_law(simulation, k, error);
+        const bool parted = k < c->sides && simulation->event_memory[k].side < 0 && !c->item[k].spared;
+        c->item[k].leaves = kt_contact_leaves(simulation, k, leaves) || c->item[k].leaves;
+        refuted = refuted || leaves || (parted && kt_contacts_rate(c, k, 0, v) < -kt_contact_resting(simulation, k));
+    }
+    return refuted;
 }
 
 static kt_status resolve_contacts(kt_simulation *simulation, kt_error *error) {
     kt_status status = resolve_once(simulation, error);
+    kt_error made = {0};
     int attempt = 0;
-    for (int i = 0; i < DECISIONS && status == KT_OK && closes_by_projection(simulation); i++)
-        status = resolve_once(simulation, error);
+    for (int i = 0; i <= DECISIONS && status == KT_OK && is_refuted(simulation, &made); i++)
+        status = i < DECISIONS ? resolve_once(simulation, error)
+                               : kt_error_set(error, made.code, made.where, "%s", made.message);
+    kt_contacts_clear_due(simulation->contacts);
     while (status == KT_OK && is_wedged(simulation) && kt_contacts_free_wedged(simulation, &attempt)) {
     }
     return status;
@@ -480,7 +494,7 @@ const kt_part kt_slip_part = {.is_active = has_slip, .begin = kt_contacts_begin_
 const kt_part kt_contact_part = {.is_active = has_contacts,
                                  .start = kt_contacts_start,
                                  .begin = begin_with_contacts,
-                                 .accept = kt_contacts_check_decided,
+                                 .accept = kt_contacts_count_excess,
                                  .rebind = follow_model,
                                  .renew = kt_contacts_renew_model,
                                  .variant = kt_contacts_open_model,

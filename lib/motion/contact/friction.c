@@ -15,8 +15,6 @@
 
 #include <math.h>
 
-/* Relative rounding, as in contact.h. */
-static const double rounding = 1e-11;
 /* The times that friction reaches its limit within an instant before it is held, and predictions that are repeated. */
 enum { LIMITS = 3, PREDICTIONS = 2 };
 /* Slip of up to `about` times the speed of a wedged contact is about as fast. */
@@ -295,7 +293,8 @@ static kt_coulomb *set_problem(const kt_simulation *simulation, bool again) {
         (void)kt_contact_rate(c, i, &size);
         if (i >= c->meeting && fabs(c->v[c->item[c->list[i]].v]) <= c->rest_rate[c->list[i]])
             add_dry(p, simulation, i, !again);
-        else if (i < c->meeting && c->u[i] <= fmax(again ? 0.0 : kt_contact_rest(simulation, i), rounding * size))
+        else if (i < c->meeting &&
+                 c->u[i] <= fmax(again ? 0.0 : kt_contact_rest(simulation, i), kt_contact_rounding * size))
             add_coulomb_contact(p, simulation, i, !again);
     }
     for (int k = 0; k < p->n; k++) {
@@ -304,7 +303,7 @@ static kt_coulomb *set_problem(const kt_simulation *simulation, bool again) {
             const int j = kt_coulomb_row_of(item, r);
             const double free = kt_contact_acceleration(c, p->line[j], &size);
             const double slip = r > 0 && c->ahead[k] > 0.0 ? c->u[p->line[j]] / c->ahead[k] : 0.0;
-            p->b[j] = (fabs(free) <= rounding * size ? 0.0 : free) + slip;
+            p->b[j] = (fabs(free) <= kt_contact_rounding * size ? 0.0 : free) + slip;
             item->size = fmax(item->size, fmax(size, fabs(slip)));
         }
     }
@@ -376,8 +375,9 @@ static bool closes_released(const struct kt_contacts *c) {
     const double strength = c->releases ? kt_coulomb_strength(p, c->solution->p) : 0.0;
     bool closes = false;
     for (int i = 0; c->releases && i < p->n; i++)
-        closes = closes || (c->list[c->posed[i]] == c->wedged &&
-                            !(c->solution->u[p->item[i].row] > -rounding * kt_coulomb_rate_size(p, i, strength)));
+        closes =
+            closes || (c->list[c->posed[i]] == c->wedged &&
+                       !(c->solution->u[p->item[i].row] > -kt_contact_rounding * kt_coulomb_rate_size(p, i, strength)));
     return closes;
 }
 

@@ -61,9 +61,8 @@ double kt_contacts_find_rates(kt_simulation *simulation) {
                 c->selected->approach = fmax(c->selected->approach, -c->u[i] / c->item[c->list[i]].unit);
         }
         kt_contacts_find_grazing(simulation);
-        for (int i = 0; c->selected->approach > 0.0 && i < c->meeting;
-             i++) /* after impulses, all reactions are possible */
-            c->item[c->list[i]].leaves = false;
+        for (int i = 0; c->selected->approach > 0.0 && i < c->meeting; i++)
+            c->item[c->list[i]].leaves = false; /* after impulses, all reactions are possible */
         approach = fmax(approach, c->selected->approach);
     }
     return approach;

@@ -1,5 +1,4 @@
-/* Rows of hard contacts: their equations, and the parameters of their effects. Used in all files
- * of this folder. */
+/* Rows of hard contacts: their equations, and the parameters of their effects. Used in all files of this folder. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/copy.h"
 #include "cone/statics.h"

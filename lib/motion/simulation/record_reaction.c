@@ -46,9 +46,11 @@ static kt_status react_by_least(kt_simulation *simulation, const kt_dynamic_stat
  * of shares. */
 static kt_status react_within_bounds(kt_simulation *simulation, const kt_dynamic_state *at, kt_error *error) {
     bool shares;
+    kt_error made = {0};
     if (kt_contacts_have_loads(simulation->contacts))
         return react_by_least(simulation, at, error);
-    return kt_contacts_have_reserves(simulation, at->t) ? KT_OK : share_load(simulation, at, &shares, error);
+    return kt_contacts_check_reserves(simulation, at->t, &made) == KT_OK ? KT_OK
+                                                                         : share_load(simulation, at, &shares, error);
 }
 
 kt_status kt_simulation_react(kt_simulation *simulation, double t, const double *y, bool reported, kt_error *error) {
