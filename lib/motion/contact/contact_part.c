@@ -438,8 +438,9 @@ static int bouncing_contact(const kt_simulation *simulation, int k) {
     return k;
 }
 
-/* Lets a contact rest whose impacts accumulate within the window, s, or slip whose reversals do. Returns false if the
- * contact has no rest velocity, so that it never rests. */
+/* Lets a contact rest whose impacts accumulate within the window, s, or slip whose reversals do. Without a rest
+ * velocity, or if a joint reverses in either direction of its friction, a time step replaces the rest of a fixed step.
+ * Returns false if none does. */
 static bool come_to_rest(kt_simulation *simulation, size_t event, double window) {
     struct kt_contacts *c = simulation->contacts;
     const int k = bouncing_contact(simulation, (int)event);
@@ -449,7 +450,7 @@ static bool come_to_rest(kt_simulation *simulation, size_t event, double window)
     c->window = may && (k < c->sides || !is_open) ? window : 0.0;
     c->stops = may && (kt_contact_rubs(c, k) || !is_open);
     simulation->memory.contacts.rested += c->window > 0.0 || c->stops;
-    return c->window > 0.0 || c->stops;
+    return c->window > 0.0 || c->stops || kt_bounded_step_replaces(simulation, KT_ERROR_STEP);
 }
 
 /* Whether another open contact is about to close: its gap at the end of the step is within the margin. */

@@ -433,3 +433,44 @@ KT_TEST(foot_that_sinks_slowly_closes) {
         }
     }
 }
+
+/* A frame on two legs falls over. Dry friction holds one leg. When its foot is pressed to the floor, friction of the
+ * joint in either direction turns the joint back at once (Painleve's paradox). Such reversals have no end, and a time
+ * step replaces the rest of the fixed step. */
+KT_TEST(joint_that_reverses_without_end_is_left_to_a_time_step) {
+    static const double steps[] = {0.9e-3, 1e-3, 2e-3};
+    for (int i = 0; i < 3; i++) {
+        kt_parsed m;
+        kt_error error = {0};
+        kt_parsed_make(&m,
+                       "kinetree: 1\ngravity: [-1.458, 0, -9.81]\nbodies:\n"
+                       "  - {name: frame, mass: 24.463219113933246,\n"
+                       "     shape: {type: box, size: [0.530664226242856, 0.44350905639788873, 0.7694785353824527]},\n"
+                       "     joint: {type: free, position: {position: [0, 0, 1.057301174494897]},\n"
+                       "             velocity: {linear: [0.6903, -0.221, 0], angular: [1.7133, -1.4706, -0.0313]}}}\n"
+                       "  - {name: a, parent: frame, mass: 2.4463219113933246, com: [0, 0, -0.2],\n"
+                       "     inertia: [0.04892643822786649, 0.04892643822786649, 0.0024463219113933245],\n"
+                       "     markers: {tip: [0, 0, -0.45]},\n"
+                       "     joint: {type: revolute, axis: x, at: [-0.265332113121428, -0.22175452819894437, "
+                       "-0.19236963384561317], position: -0.4689}}\n"
+                       "  - {name: b, parent: frame, mass: 2.4463219113933246, com: [0, 0, -0.2],\n"
+                       "     inertia: [0.04892643822786649, 0.04892643822786649, 0.0024463219113933245],\n"
+                       "     markers: {tip: [0, 0, -0.45]},\n"
+                       "     joint: {type: revolute, axis: y, at: [0.265332113121428, -0.22175452819894437, "
+                       "-0.19236963384561317], position: -0.3331}}\n"
+                       "effects:\n"
+                       "  - {name: foot_a, type: contact, point: a.tip, radius: 0, plane: world, restitution: 0.3, "
+                       "friction: 0.1}\n"
+                       "  - {name: spring, type: joint_spring, joint: a, stiffness: 978.5287645573299, damping: "
+                       "48.92643822786649}\n"
+                       "  - {name: foot_b, type: contact, point: b.tip, radius: 0, plane: world, restitution: 0.3, "
+                       "friction: 0.5}\n"
+                       "  - {name: dry, type: joint_friction, joint: b, coulomb: 23.53438966403953, stick: true}\n");
+        const kt_run run = kt_run_fixed("rk4", steps[i], 1.7);
+        kt_simulation_options options = kt_simulation_options_default();
+        options.stall_evaluations = KT_STALL_EVALUATIONS;
+        kt_simulation *simulation = kt_test_simulation(m.model, &run, &options);
+        kt_need_fine("runs", kt_simulation_advance(simulation, 1.7, &error), &error);
+        kt_check_above("completed", (double)kt_simulation_contacts(simulation).completed, 0.5);
+    }
+}
