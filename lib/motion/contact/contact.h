@@ -431,7 +431,7 @@ KT_CHECKED kt_status kt_contacts_find_free(kt_simulation *simulation, double t, 
  * in which contacts close. Then u becomes u+, and c->v the velocities after the impact. *lost grows by the dissipated
  * kinetic energy. */
 KT_CHECKED kt_status kt_contacts_apply_impact(kt_simulation *simulation, double t, double *lost, kt_error *error);
-/* Finds the rates c->u of all rows that touch, in c->v; rates of gaps that are rounding become 0. Returns the largest
+/* Finds the rates c->u of all rows that touch, in c->v; rates of rounding become 0. Returns the largest
  * speed at which a gap closes, in its units per s. */
 double kt_contacts_find_rates(kt_simulation *simulation);
 /* Applies impacts that accumulate at the present instant, in the time c->window (accumulate.c). Then rows, W and rates

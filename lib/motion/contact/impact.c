@@ -37,9 +37,12 @@
 #include "contact/contact.h"
 #include "integrator/integrator.h"
 
+#include <float.h>
 #include <math.h>
 
 enum { HALVINGS = 10, EXACT = 16 };
+/* Slip below this part of its terms is their rounding. In a fast frame, slower slip than that of gaps is slip. */
+static const double slip_rounding = 64.0 * DBL_EPSILON;
 
 /* Begins a phase at the rates `from`, without impulses. */
 static void begin_phase(const struct kt_contacts *c, const double *from, double *u, double *p) {
@@ -55,7 +58,7 @@ double kt_contacts_find_rates(kt_simulation *simulation) {
         c->selected->approach = 0.0;
         for (int i = 0; i < c->touching; i++) {
             c->u[i] = kt_contact_rate(c, i, &size);
-            if (i < c->meeting && fabs(c->u[i]) <= kt_contact_rounding * size)
+            if (fabs(c->u[i]) <= (i < c->meeting ? kt_contact_rounding : slip_rounding) * size)
                 c->u[i] = 0.0;
             if (i < c->meeting)
                 c->selected->approach = fmax(c->selected->approach, -c->u[i] / c->item[c->list[i]].unit);
