@@ -17,8 +17,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Pivots below this part of the largest entry vanish. The other part of the entry replaces them, so that singular
- * equations have a finite solution. */
+/* Pivots below this number vanish: scaled problems have entries of about 1. The other number replaces them, so that
+ * singular equations have a finite solution. */
 static const double vanishing = 1e-11, replacement = 1e-8;
 
 /* ---- the pattern ------------------------------------------------------------------------------------------------- */
@@ -116,8 +116,8 @@ static inline void subtract_column(const double *a, const double *restrict x, do
         to[r] -= a[3 * r] * x[0] + a[3 * r + 1] * x[1] + a[3 * r + 2] * x[2];
 }
 
-/* The inverse of a block, with partial pivoting. largest: entry of A. */
-static void invert_block(const double *block, double largest, double *inverse) {
+/* The inverse of a block, with partial pivoting. */
+static void invert_block(const double *block, double *inverse) {
     double a[3][6] = {{block[0], block[1], block[2], 1.0, 0.0, 0.0},
                       {block[3], block[4], block[5], 0.0, 1.0, 0.0},
                       {block[6], block[7], block[8], 0.0, 0.0, 1.0}};
@@ -125,8 +125,8 @@ static void invert_block(const double *block, double largest, double *inverse) {
         int r = k;
         for (int i = k + 1; i < 3; i++)
             r = fabs(a[i][k]) > fabs(a[r][k]) ? i : r;
-        if (fabs(a[r][k]) <= vanishing * largest)
-            a[r][k] = replacement * largest;
+        if (fabs(a[r][k]) <= vanishing)
+            a[r][k] = replacement;
         const double over = 1.0 / a[r][k];
         for (int c = 0; c < 6; c++) {
             const double t = a[r][c] * over;
@@ -143,26 +143,11 @@ static void invert_block(const double *block, double largest, double *inverse) {
         inverse[k] = a[k / 3][3 + k % 3];
 }
 
-/* The largest magnitude of n numbers, in four independent maxima, which a processor computes at the same time. */
-static double largest_entry(int n, const double *x) {
-    double a = 0.0, b = 0.0, c = 0.0, d = 0.0;
-    int i = 0;
-    for (; i + 4 <= n; i += 4) {
-        a = fabs(x[i]) > a ? fabs(x[i]) : a;
-        b = fabs(x[i + 1]) > b ? fabs(x[i + 1]) : b;
-        c = fabs(x[i + 2]) > c ? fabs(x[i + 2]) : c;
-        d = fabs(x[i + 3]) > d ? fabs(x[i + 3]) : d;
-    }
-    for (; i < n; i++)
-        a = fabs(x[i]) > a ? fabs(x[i]) : a;
-    return fmax(fmax(a, b), fmax(c, d));
-}
-
 /* Eliminates the unknowns of contact k from later contacts. The inverse of its pivot multiplies its row of blocks. */
-static void eliminate_contact(kt_cone *cone, int k, double largest, double *x) {
+static void eliminate_contact(kt_cone *cone, int k, double *x) {
     const int *later = cone->later + cone->later_first[k], count = cone->later_first[k + 1] - cone->later_first[k];
     double inverse[9], *own = x + 3 * k;
-    invert_block(kt_cone_block(cone, k, k), largest, inverse);
+    invert_block(kt_cone_block(cone, k, k), inverse);
     const double y[3] = {own[0], own[1], own[2]};
     for (int r = 0; r < 3; r++)
         own[r] = inverse[3 * r] * y[0] + inverse[3 * r + 1] * y[1] + inverse[3 * r + 2] * y[2];
@@ -177,9 +162,8 @@ static void eliminate_contact(kt_cone *cone, int k, double largest, double *x) {
 }
 
 void kt_cone_eliminate(kt_cone *cone, double *x) {
-    const double largest = largest_entry(9 * cone->blocks, cone->A);
     for (int k = 0; k < cone->n; k++)
-        eliminate_contact(cone, k, largest, x);
+        eliminate_contact(cone, k, x);
     for (int k = cone->n - 1; k >= 0; k--)
         for (int b = cone->later_first[k]; b < cone->later_first[k + 1]; b++)
             subtract_column(kt_cone_block(cone, k, cone->later[b]), x + 3 * cone->later[b], x + 3 * k);
