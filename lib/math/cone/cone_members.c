@@ -20,8 +20,6 @@
 #include <math.h>
 #include <string.h>
 
-KT_ARENA_ARRAYS(lay_out_cone_members, struct kt_cone, KT_CONE_MEMBER_FIELDS, size_t n, size_t m)
-
 /* The least tolerance of rates outside of the set, relative to the largest rate. Residuals within the set are
  * smaller. */
 static const double closing = 1e-10;
@@ -29,12 +27,6 @@ static const double closing = 1e-10;
 static const double no_impulse = 1e-12;
 /* The number of changes of the set, for each contact for which the set has room. */
 enum { SET_CHANGES = 4 };
-
-size_t kt_cone_members_size(int n, int most) { return lay_out_cone_members(NULL, NULL, (size_t)n, 3 * (size_t)most); }
-
-void kt_cone_members_init(kt_cone *cone, int n, void *memory) {
-    (void)lay_out_cone_members(cone, memory, (size_t)n, 3 * (size_t)cone->most);
-}
 
 /* ---- the set ----------------------------------------------------------------------------------------------------- */
 

@@ -74,10 +74,7 @@ static inline double *kt_cone_block(const kt_cone *cone, int i, int j) {
     return cone->A + 9 * cone->place[i * cone->n + j];
 }
 
-/* Bytes of the arrays of a working set, and these arrays in memory of that size (cone_members.c). */
-size_t kt_cone_members_size(int n, int most);
-void kt_cone_members_init(kt_cone *cone, int n, void *memory);
-/* Solves a problem with blocks on a working set. */
+/* Solves a problem with blocks on a working set (cone_members.c). */
 kt_cone_result kt_cone_solve_members(kt_cone *cone, const kt_cone_problem *problem, double *p);
 
 #endif

@@ -6,10 +6,12 @@
 #include <assert.h>
 
 KT_ARENA_LAYOUT(lay_out_cone, struct kt_cone, KT_CONE_FIELDS, size_t m)
+KT_ARENA_ARRAYS(lay_out_cone_members, struct kt_cone, KT_CONE_MEMBER_FIELDS, size_t n, size_t m)
 KT_ARENA_ARRAYS(lay_out_cone_matrices, struct kt_cone, KT_CONE_MATRICES, size_t m)
 
 size_t kt_cone_size(int n, int most) {
-    return lay_out_cone(NULL, 3 * (size_t)most) + (n > most ? kt_cone_members_size(n, most) : 0);
+    const size_t m = 3 * (size_t)most;
+    return lay_out_cone(NULL, m) + (n > most ? lay_out_cone_members(NULL, NULL, (size_t)n, m) : 0);
 }
 
 size_t kt_cone_matrices_size(int most) { return lay_out_cone_matrices(NULL, NULL, 3 * (size_t)most); }
@@ -17,11 +19,11 @@ size_t kt_cone_matrices_size(int most) { return lay_out_cone_matrices(NULL, NULL
 kt_cone *kt_cone_init(int n, int most, void *memory, void *matrices) {
     assert(n >= 0 && most >= 0);
     kt_cone *cone = memory;
-    const size_t own = lay_out_cone(memory, 3 * (size_t)most);
-    (void)lay_out_cone_matrices(cone, matrices, 3 * (size_t)most);
+    const size_t m = 3 * (size_t)most, own = lay_out_cone(memory, m);
+    (void)lay_out_cone_matrices(cone, matrices, m);
     cone->most = most;
     if (n > most)
-        kt_cone_members_init(cone, n, (char *)memory + own);
+        (void)lay_out_cone_members(cone, (char *)memory + own, (size_t)n, m);
     return cone;
 }
 
