@@ -15,9 +15,6 @@
 #include <math.h>
 #include <string.h>
 
-/* The largest accepted residual of the cone solver, if no solution with a smaller residual is found. */
-static const double loose = 1e-7;
-
 KT_ARENA_LAYOUT(lay_out_solver, kt_coulomb_solver, KT_COULOMB_SOLVER_FIELDS, size_t items, size_t cone)
 
 size_t kt_coulomb_solver_size(size_t items, size_t rows, size_t most) {
@@ -28,7 +25,6 @@ kt_coulomb_solver *kt_coulomb_solver_init(size_t items, size_t rows, size_t most
     kt_coulomb_solver *solver = memory;
     const size_t size = kt_coulomb_solution_size(items, rows);
     char *behind = (char *)memory + lay_out_solver(memory, items, kt_cone_size((int)items, (int)most));
-    solver->is_loose = false;
     solver->cone = kt_cone_init((int)items, (int)most, solver->cone_memory, matrices);
     solver->other = kt_coulomb_solution_init(items, rows, behind);
     solver->next = kt_coulomb_solution_init(items, rows, behind + size);
@@ -187,7 +183,7 @@ static bool solve_from(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
                                      .limit = solver->limit};
     const kt_cone_result result = kt_cone_solve(solver->cone, &problem, solver->x);
     *steps += (uint64_t)result.newton;
-    if (!result.converged && !(solver->is_loose && result.residual <= loose))
+    if (!result.converged)
         return false;
     scatter_rows(c, solver->x, to->p);
     to->shares = false;
@@ -433,21 +429,6 @@ static void compare_solutions(const kt_coulomb *c, kt_coulomb_solution *to, cons
     to->redundant = !kt_coulomb_is_unique(c, next);
 }
 
-/* Many corners of a body may have no solution up to rounding that the cone solver finds. */
-static bool solve_loosely(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
-    start_from_zero(c, solver);
-    solver->is_loose = true;
-    const bool found = solve_from(c, solver, to, steps);
-    solver->is_loose = false;
-    return found;
-}
-
-/* Opens contacts of a problem whose contacts depend on each other, without a solution of all contacts. */
-static bool solve_without_some(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
-    stick_all(c, to);
-    return !kt_coulomb_is_unique(c, to) && make_independent(c, solver, to, steps);
-}
-
 /* Solves the problem in the order of its items. The items do not rest. independent: as in kt_coulomb_solve. */
 static bool solve_moving(kt_coulomb *c, kt_coulomb_solver *solver, bool independent, kt_coulomb_solution *solution,
                          uint64_t *steps) {
@@ -460,8 +441,7 @@ static bool solve_moving(kt_coulomb *c, kt_coulomb_solver *solver, bool independ
     const bool again = solve_from(c, solver, other, steps);
     if (!found && again)
         kt_coulomb_copy(c, other, solution);
-    if (!found && !again && !(independent && solve_without_some(c, solver, solution, steps)) &&
-        !solve_loosely(c, solver, solution, steps))
+    if (!found && !again)
         return false;
     solution->count = found && again && differs(c, solution, other) ? 2 : 1;
     if (solution->count > 1)
@@ -497,7 +477,7 @@ bool kt_coulomb_solve_block(kt_coulomb *c, kt_coulomb_solver *solver, bool indep
     solution->count = 1;
     if (!has_friction(c)) {
         start_from_zero(c, solver);
-        return solve_from(c, solver, solution, steps) || solve_loosely(c, solver, solution, steps);
+        return solve_from(c, solver, solution, steps);
     }
     if (kt_coulomb_find_rest(c, solution, false))
         return true;
@@ -541,7 +521,6 @@ static bool change_modes(const kt_coulomb *c, kt_coulomb_solution *to) {
 bool kt_coulomb_solve_modes(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to) {
     uint64_t steps = 0;
     start_from_zero(c, solver);
-    solver->is_loose = false;
     return solve_from(c, solver, to, &steps) && kt_coulomb_iterate(c, to);
 }
 

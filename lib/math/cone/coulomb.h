@@ -268,8 +268,7 @@ bool kt_coulomb_find_rest(const kt_coulomb *c, kt_coulomb_solution *to, bool sli
     X(char, cone_memory, cone, "the cone solver")
 
 typedef struct kt_coulomb_solver {
-    bool is_loose; /* larger residuals are taken, since there is no solution with smaller ones */
-    int first;     /* the item with which the search for contacts that open begins */
+    int first; /* the item with which the search for contacts that open begins */
     struct kt_cone *cone;
     kt_coulomb_solution *other, *next, *best, *part;
     KT_ARENA_DECLARE(KT_COULOMB_SOLVER_FIELDS)
