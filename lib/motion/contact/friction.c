@@ -96,14 +96,14 @@ static kt_coulomb *pose_jam(const kt_simulation *simulation, int wedged, double 
     for (int i = 0; i < c->meeting; i++)
         if (c->u[i] <= kt_contact_rest(simulation, i))
             add_item(p, simulation, i)->friction *= 1.0 + excess;
+    for (int j = 0; j < p->rows; j++)
+        p->b[j] = c->u[p->line[j]];
     for (int i = 0; i < p->n; i++) {
         kt_coulomb_item *item = &p->item[i];
-        for (int k = 0; k < kt_coulomb_rows(item); k++) {
-            const int j = kt_coulomb_row_of(item, k);
-            p->b[j] = k == 0 || kt_contact_row_slips(c, c->posed[i]) ? c->u[p->line[j]] : 0.0;
-            item->size = fmax(item->size, fabs(p->b[j]));
-        }
-        p->b[item->row] = c->posed[i] == wedged ? -small * kt_hypot(p->b[item->across], p->b[item->across + 1]) : 0.0;
+        for (int k = 0; k < kt_coulomb_rows(item); k++)
+            item->size = fmax(item->size, fabs(p->b[kt_coulomb_row_of(item, k)]));
+        const bool is_wedged = c->posed[i] == wedged;
+        p->b[item->row] = is_wedged ? -small * kt_hypot(p->b[item->across], p->b[item->across + 1]) : 0.0;
     }
     return p;
 }
