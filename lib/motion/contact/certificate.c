@@ -35,7 +35,7 @@
 static const double wrong = 1e-6;
 /* Newton's law is violated if its residual exceeds this part of its terms. */
 static const double balanced = 1e-9;
-/* A hold ends within this part of the own time behind a force beyond its bound, as slow slip is implicit for this time
+/* Behind a force beyond its bound, a hold ends within this part of the own time. Slow slip is implicit for as long
  * (evaluate/slip_prediction.c). */
 static const double lasting = 1.2e-6;
 /* An open contact touches up to this part of its unit, which is rounding of its gap. */

@@ -405,9 +405,8 @@ bool kt_contacts_may_act(const kt_simulation *simulation, double t);
 /* Checks that the multipliers of a record at t obey signs and cones: no reserve is negative. */
 KT_CHECKED kt_status kt_contacts_check_reserves(const kt_simulation *simulation, double t, kt_error *error);
 /* Compares the residuals `left` of Newton's law in each coordinate with the largest sum of the sizes of terms in its
- * tree of links (certificate.c). Forces count as moments. If a leg moves with its base, the forces of the leg may
- * cancel in the moment of its hip, whose rounding then is that of forces which only the coordinates of the base show.
- */
+ * tree of links (certificate.c). Forces count as moments. The forces of a leg may cancel in the moment of its
+ * hip. Their rounding remains there, but only the coordinates of the base show how large they are. */
 KT_CHECKED kt_status kt_contacts_compare_newton(const kt_simulation *simulation, double t, const double *left,
                                                 const double *size, kt_error *error);
 /* Checks the forces of a record at t, and Newton's law (phase `check_record`, certificate.c). */

@@ -25,9 +25,9 @@
 /* A law is violated beyond this part of the largest impulse or rate: ten times the residual of the cone solver. */
 static const double violated = 1e-6;
 
-/* Chooses item i as item j of the island. Writes its impulses, its rates at v+ and its limit in the weight s, which is
- * 1 / sqrt of the largest number on the diagonal of its block of W. Returns the largest of the impulses, and of its
- * rates without impulses. */
+/* Chooses item i as item j of the island. Writes its impulses, its rates at v+ and its limit in the weight s. This is
+ * 1 / sqrt of the largest number on the diagonal of the item's block of W. Returns the largest of the impulses, and of
+ * its rates without impulses. */
 static double choose_item(const kt_simulation *simulation, int i, int j) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_moreau *m = simulation->moreau;

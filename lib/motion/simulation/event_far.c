@@ -6,14 +6,14 @@
  * deviates from the dense output by at most 4/27 h |f1 - f1'|, which is small against the path of the step if the step
  * resolves the motion.
  *
- * With g_0 .. g_4 the values along the parabola, an event is far if all values have the sign of the event's side, no
- * contact that touches penetrates (kt_event_depth), and
+ * With g_0 .. g_4 the values along the parabola, an event is far if all values have the sign of the event's side, and
  *
  *     min |g_j| > far_ranges (max g_j - min g_j)
  *
  * Then g has no root, provided that its largest change along the motion is at most far_ranges times that along the
- * parabola. If an event is not far, all events are searched on the dense output (event.c). The test is for fixed
- * steps: a fixed step resolves the motion, while an adaptive one may be as long as a period. */
+ * parabola. A contact that touches is never far if it penetrates, however slowly (kt_event_depth). If an event is not
+ * far, all events are searched on the dense output (event.c). The test is for fixed steps: a fixed step resolves the
+ * motion, while an adaptive one may be as long as a period. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "integrator/integrator.h"
 #include "simulation/event_root.h"

@@ -1,5 +1,5 @@
-/* Bounces of hard stops, slip of light feet and boxes that come to rest, the limit of the number of bounces, and blocks
- * that rock until they rest. */
+/* How contacts come to rest: bounces of hard stops and their largest number, slip of light feet, boxes, and blocks that
+ * rock. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/simulation.h"
 
@@ -394,9 +394,9 @@ KT_TEST(block_on_slides_rocks_until_it_rests) {
     }
 }
 
-/* A box turns about a foot that sticks. Two feet on a diagonal carry it, and its centre of mass is above them: it may
- * tilt on the diagonal, at first more slowly than the rest velocity. The foot that sinks must close, however slowly it
- * does so, because its way in one step is less than what a fixed step takes for far from any event. */
+/* A box turns about a foot that sticks. Two feet on a diagonal carry it, below its centre of mass. So it may tilt on
+ * the diagonal, at first more slowly than the rest velocity. The foot that sinks must close, however slowly it sinks.
+ * A fixed step might take it for far from its event, because its gap hardly changes in a step. */
 KT_TEST(foot_that_sinks_slowly_closes) {
     static const double rates[] = {1e-9, 1e-8, -1e-8, 1e-7}; /* rad/s, about x */
     static const char *const methods[] = {"rk4", "heun", "dopri5"};
