@@ -29,12 +29,6 @@ static inline slip_end slip_end_of(const kt_link_kinematics *link, const kt_effe
                       .lever = arm};
 }
 
-/* Whether the body at an end has the origin of its link: in this case, the arm from the body's origin is the lever. */
-static inline bool has_link_origin(const kt_effect_record *effect, int k) {
-    const kt_vec3 arm = effect->arm[k], lever = effect->frame[k].position;
-    return arm.x == lever.x && arm.y == lever.y && arm.z == lever.z;
-}
-
 /* Whether a contact is between a sphere and a plane at rest. */
 static inline bool is_on_ground(const kt_effect_record *effect) {
     return effect->link[1] == 0 && effect->link[0] != 0 && !effect->disc;
@@ -63,10 +57,8 @@ KT_INLINE void find_slip_on_ground(const link_state *link, const kt_effect_recor
     frame->axis[0] = plane->x;
     frame->axis[1] = plane->y;
     store_vec3(&frame->lever[0], arm + down);
-    store_vec3(&frame->lever[1], at + on_plane);
-    store_vec3(&frame->arm[0],
-               has_link_origin(effect, 0) ? arm + down : kt_v4_apply_to(link->axes, effect->arm[0]) + down);
-    store_vec3(&frame->arm[1], (has_link_origin(effect, 1) ? at : kt_v4_from(effect->arm[1])) + on_plane);
+    store_vec3(&frame->arm[0], kt_v4_apply_to(link->axes, effect->arm[0]) + down);
+    store_vec3(&frame->arm[1], kt_v4_from(effect->arm[1]) + on_plane);
 }
 
 /* Finds the slip velocity of a contact from the motion of both links, and unless frame is NULL the axes and arms of its

@@ -32,20 +32,21 @@ static void add_joint_forces(const kt_model *model, const kt_data *data, int32_t
 
 /* Units of force, and the joint forces of two of each contact. */
 static void find_unit_forces_of_slip(const kt_model *model, const kt_data *data, kt_slip_problem *p) {
+    static const double axis[2][2] = {{1.0, 0.0}, {0.0, 1.0}};
     if (p->per == 2)
         memset(p->unit_force, 0, 2 * p->at->n * model->n.v * sizeof *p->unit_force);
     for (size_t j = 0; j < p->per * p->at->n; j++) {
         const size_t k = kt_slip_index(p, p->per == 2 ? j / 2 : j);
         const kt_slip_frame *frame = &data->slip_frame[k];
-        const double *e = data->slip_direction + 2 * k;
+        const double *e = p->per == 2 ? axis[j % 2] : data->slip_direction + 2 * k;
         const kt_v4 x = kt_v4_from(frame->axis[0]), y = kt_v4_from(frame->axis[1]);
-        const kt_v4 along = p->per == 2 ? (j % 2 == 0 ? x : y) : kt_v4_splat(e[0]) * x + kt_v4_splat(e[1]) * y;
+        const kt_v4 along = kt_v4_splat(e[0]) * x + kt_v4_splat(e[1]) * y;
+        kt_half_force *to = &p->force[j];
         for (int end = 0; end < 2; end++) {
-            kt_half_force *to = &p->force[j];
             to->link[end] = p->contact[k].effect->link[end];
             if (to->link[end] == 0)
                 continue;
-            const kt_v4 force = end == 0 ? along : -along;
+            const kt_v4 force = kt_v4_splat(end == 0 ? 1.0 : -1.0) * along;
             const kt_v4 moment = kt_v4_cross(kt_v4_from(frame->lever[end]), force);
             memcpy(to->wrench[end], &moment, 3 * sizeof(double));
             memcpy(to->wrench[end] + 3, &force, 3 * sizeof(double));

@@ -151,9 +151,10 @@ static __attribute__((noinline)) void kt_half_find_free_leaf(const kt_model *mod
     const kt_link *link = &model->link[i];
     kt_v4 x[6], *column = b->column + link->local;
     bool nonzero = false;
-    for (int c = 0; c < 6; c++) {
-        x[c] = column[c] = b->forces ? kt_v4_splat(0.0) : kt_half_entries(b, link->local + c);
-        nonzero = nonzero || (!b->forces && !kt_half_is_zero(x[c]));
+    memset(x, 0, sizeof x);
+    for (int c = 0; c < 6 && !b->forces; c++) {
+        column[c] = kt_half_entries(b, link->local + c);
+        nonzero = nonzero || !kt_half_is_zero(column[c]);
     }
     if (b->forces)
         nonzero = kt_half_load_link(b, i, 1.0, x + 3, x);
@@ -161,6 +162,8 @@ static __attribute__((noinline)) void kt_half_find_free_leaf(const kt_model *mod
         kt_half_apply_free(link, data, i, column, x);
     if (nonzero)
         kt_half_reduce_free_link(&data->articulated[link->articulated], x, column);
+    else
+        memcpy(column, x, sizeof x);
     if (b->is_nonzero)
         memset(b->is_nonzero + link->local, nonzero, 6);
 }

@@ -370,7 +370,7 @@ typedef struct kt_front_count {
     X(kt_real1, sine, kt_lanes8(n->angle), "of all angles")
 
 /* The frame in which friction of a hard contact acts. The frame has the plane's axes, and the point relative to the
- * origins of the sphere's body and the plane's, and of their links. */
+ * origins of the sphere's body and the plane's (arm), and of their links (lever). The ground has no lever. */
 typedef struct kt_slip_frame {
     kt_vec3 axis[2], arm[2], lever[2];
 } kt_slip_frame;
