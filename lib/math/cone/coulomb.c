@@ -311,14 +311,20 @@ static bool slips_on_shared_load(const kt_coulomb *c, const kt_coulomb_solution 
  * normal force, so that each way has another motion, and the equations of the modes have no unique forces. At a vertex
  * of these forces, such a contact is open, or dry friction is at its limit. Returns whether there is such a vertex. */
 static bool separate_dry_friction(kt_coulomb *c, kt_coulomb_solver *solver, kt_coulomb_solution *to, uint64_t *steps) {
+    static const kt_coulomb_mode limit[] = {KT_COULOMB_SLIP, KT_COULOMB_SLIP_BACK};
     bool found = true;
-    for (int i = 0; i < c->n && found; i++) {
-        if (c->item[i].type != KT_COULOMB_DRY || to->mode[i] != KT_COULOMB_STICK || !slips_on_shared_load(c, to) ||
-            !kt_coulomb_is_held(c, to, i, 1, false) || open_any(c, solver, true, false, to, steps))
+    for (int i = 0; i < c->n && slips_on_shared_load(c, to); i++) {
+        if (c->item[i].type != KT_COULOMB_DRY || to->mode[i] != KT_COULOMB_STICK ||
+            !kt_coulomb_is_held(c, to, i, 1, false))
             continue;
-        c->item[i].rejected |= 1U << KT_COULOMB_STICK;
-        gather(c, to->p, solver->x);
-        found = solve_from(c, solver, to, steps);
+        found = open_any(c, solver, true, false, to, steps);
+        for (int k = 0; k < 2 && !found; k++) {
+            kt_coulomb_copy(c, to, solver->next);
+            solver->next->mode[i] = limit[k];
+            found = kt_coulomb_iterate(c, solver->next);
+            if (found)
+                kt_coulomb_copy(c, solver->next, to);
+        }
     }
     return found;
 }
