@@ -276,6 +276,36 @@ def jammed():
         yield from [] if ("at 1 instant no acceleration obeyed Coulomb's law" in stderr) == (friction > 1.6) else [stderr]
 
 
+STACK = """kinetree: 1
+gravity: [3.727050196568129, 0, -9.81]
+bodies:
+  - {name: low, joint: {type: planar, axis: y, position: [0.17, 0, 0]}, mass: 1.3, inertia: [0.17, 0.17, 0.17],
+     markers: {a: [-0.6, 0, -0.17], b: [0.6, 0, -0.17]}}
+  - {name: top, joint: {type: planar, axis: y, position: [0.51, 0, 0]}, mass: 0.33, inertia: [0.015, 0.015, 0.015],
+     markers: {a: [-0.33, 0, -0.17], b: [0.33, 0, -0.17]}}
+effects:
+  - {name: low_a, type: contact, point: low.a, plane: world, restitution: 0, friction: MU}
+  - {name: low_b, type: contact, point: low.b, plane: world, restitution: 0, friction: MU}
+  - {name: top_a, type: contact, point: top.a, plane: {body: low, at: [0, 0, 0.17]}, restitution: 0, friction: MU}
+  - {name: top_b, type: contact, point: top.b, plane: {body: low, at: [0, 0, 0.17]}, restitution: 0, friction: MU}
+simulate: {duration: 0.3, STEPS}
+output: {interval: 0.015, record: [effect, acceleration]}
+"""
+
+
+def at_the_limit():
+    """Two blocks slide down a slope as one, with equal coefficients, so that friction between them is at its limit: mu N under each foot."""
+    mu = 0.33668207613818346
+    for steps in ("integrator: rk4, step: 1e-3", "integrator: heun, step: 5e-3", "integrator: dopri5, step: 1e-3", "tolerance: 1e-9"):
+        rows, stderr = run(STACK.replace("MU", str(mu)).replace("STEPS", steps))
+        yield from [f"{steps}: {stderr}"] if len(rows) != 21 or "no motion that obeys" in stderr else []
+        beyond = max((row[f"effect.{c}.friction"] - mu * row[f"effect.{c}.normal"] for row in rows for c in ("low_a", "low_b", "top_a", "top_b")), default=math.nan)
+        apart = max((abs(row["acceleration.top[1]"] - row["acceleration.low[1]"]) for row in rows), default=math.nan)
+        note(f"{steps}: {beyond:.3g} N beyond a cone (bound 1e-6), accelerations {apart:.3g} m/s^2 apart (bound 1e-9)")
+        yield from off(f"{steps}: friction beyond its cone", max(beyond, 0.0) if beyond == beyond else beyond, 0, 1e-6)
+        yield from off(f"{steps}: accelerations of the blocks", apart, 0, 1e-9)
+
+
 claim("rest_is_held_by_the_weight", list(at_rest()))
 claim("friction_of_a_block_that_slides_and_sticks", list(sliding()))
 claim("random_blocks_obey_newton", [problem for seed in range(24) for problem in newton(seed)])
@@ -284,4 +314,5 @@ claim("only_impacts_and_transitions_have_marks", list(marks()))
 claim("contacts_that_come_to_rest_without_an_event_have_marks", list(rests()))
 claim("friction_beyond_its_cone_is_told_with_its_number_and_place", list(excess()))
 claim("impulses_without_a_collision_are_told", list(jammed()))
+claim("friction_at_its_limit_obeys_its_cone_with_any_steps", list(at_the_limit()))
 finish()

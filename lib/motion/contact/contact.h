@@ -191,9 +191,8 @@ static inline int kt_contact_row(const kt_model *model, const kt_contact *contac
 
 /* Whether a contact is closed, sticks, and shares its load with others in several ways. */
 bool kt_contact_shares_load(const kt_model *model, const kt_contact *contact);
-bool kt_contacts_share_any(const struct kt_contacts *c, const kt_model *model);
-/* Whether dry friction of a joint that sticks exceeds its limit in these multipliers. */
-bool kt_contacts_exceed_any(const struct kt_contacts *c, const kt_model *model, const double *multiplier);
+/* Whether any contact does, or dry friction of a joint that sticks exceeds its limit in these multipliers. */
+bool kt_contacts_share_any(const struct kt_contacts *c, const kt_model *model, const double *multiplier);
 
 /* Whether item k is friction of a contact. */
 static inline bool kt_contact_rubs(const struct kt_contacts *c, int k) { return k >= c->sides && c->item[k].of >= 0; }

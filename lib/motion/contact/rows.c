@@ -284,18 +284,14 @@ bool kt_contact_shares_load(const kt_model *model, const kt_contact *contact) {
     return kt_contact_is_closed(model, contact) && contact->simulation->contact_state[contact->index].shared;
 }
 
-bool kt_contacts_share_any(const struct kt_contacts *c, const kt_model *model) {
+bool kt_contacts_share_any(const struct kt_contacts *c, const kt_model *model, const double *multiplier) {
     bool any = false;
-    for (int k = 0; k < c->n; k++)
-        any = any || kt_contact_shares_load(model, &c->item[k]);
-    return any;
-}
-
-bool kt_contacts_exceed_any(const struct kt_contacts *c, const kt_model *model, const double *multiplier) {
-    bool any = false;
-    for (int k = c->sides; k < c->n; k++)
-        any = any || (!kt_contact_rubs(c, k) && kt_contact_is_closed(model, &c->item[k]) &&
-                      fabs(multiplier[kt_contact_row(model, &c->item[k])]) > kt_contact_limit(model, &c->item[k]));
+    for (int k = 0; k < c->n; k++) {
+        const kt_contact *item = &c->item[k];
+        any = any || kt_contact_shares_load(model, item) ||
+              (k >= c->sides && !kt_contact_rubs(c, k) && kt_contact_is_closed(model, item) &&
+               fabs(multiplier[kt_contact_row(model, item)]) > kt_contact_limit(model, item));
+    }
     return any;
 }
 
@@ -384,13 +380,29 @@ static void write_reserves(struct kt_contacts *c, const kt_statics *statics) {
     }
 }
 
+/* Poses the problem of statics of a group, and finds its largest margin. t: friction that is held beyond t has no
+ * limit. */
+static kt_statics *find_margin_of_group(const struct kt_contacts *c, const kt_model *model, const kt_group *group,
+                                        int rows, double t) {
+    kt_statics *statics = kt_statics_init((size_t)rows, (size_t)group->v_count, c->matrices);
+    add_statics_items(c, model, group, t, statics);
+    add_statics_loops(c, model, group, statics);
+    kt_statics_begin(statics);
+    kt_statics_find_margin(statics);
+    return statics;
+}
+
 /* Shares the load of a group. Groups have no coordinate in common. least: by the least forces; otherwise by forces with
- * the largest margin, with the reserves of the items that bound it. */
+ * the largest margin, with the reserves of the items that bound it. Friction that is held leaves its cone only if no
+ * forces in all cones exist. */
 static void share_load_of_group(struct kt_contacts *c, const kt_model *model, const kt_group *group, double t,
                                 bool least) {
     int items = 0, rows = 0;
-    for (int k = 0; k < c->n; k++)
+    bool held = false;
+    for (int k = 0; k < c->n; k++) {
         items += is_unknown_at_rest(c, model, group, k);
+        held = held || t < c->item[k].simulation->contact_state[k].held;
+    }
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
         rows += is_loop_at_rest(loop) ? loop->row_count : 0;
@@ -398,15 +410,13 @@ static void share_load_of_group(struct kt_contacts *c, const kt_model *model, co
     rows = rows + 3 * items < group->row_count ? rows + 3 * items : group->row_count;
     if (items == 0 || items > c->most)
         return;
-    kt_statics *statics = kt_statics_init((size_t)rows, (size_t)group->v_count, c->matrices);
-    add_statics_items(c, model, group, t, statics);
-    add_statics_loops(c, model, group, statics);
-    kt_statics_begin(statics);
-    kt_statics_find_margin(statics);
+    kt_statics *statics = find_margin_of_group(c, model, group, rows, t);
+    if (!least)
+        write_reserves(c, statics);
+    if (held && find_margin_of_group(c, model, group, rows, HUGE_VAL)->margin < -kt_statics_exact)
+        (void)find_margin_of_group(c, model, group, rows, t);
     if (least)
         kt_statics_find_least(statics);
-    else
-        write_reserves(c, statics);
     for (int i = 0; i < statics->rows; i++)
         c->reaction[statics->equation[i]] = statics->sign[i] * kt_statics_force(statics, i);
 }
@@ -417,7 +427,7 @@ kt_status kt_contacts_find_reactions(struct kt_contacts *c, const kt_instant *at
     kt_copy(c->reaction, c->row, model->n.row * sizeof *c->row);
     for (int k = 0; k < c->n; k++)
         c->reserve[k] = (double)NAN;
-    if (!kt_contacts_share_any(c, model) && !kt_contacts_exceed_any(c, model, c->row))
+    if (!kt_contacts_share_any(c, model, c->row))
         return KT_OK;
     const kt_status status = kt_loop_entries(model, at->data, &state, c->jacobian, NULL, NULL, NULL, error);
     for (size_t g = 0; status == KT_OK && g < model->n.group; g++)

@@ -90,16 +90,17 @@ static double time_of_forces(const kt_simulation *simulation, double t) {
     return simulation->contacts != NULL && left == t ? kt_simulation_time_inside(simulation, t) : left;
 }
 
-/* Computes the reactions. */
+/* Computes the reactions. Forces are checked at their own time: a contact may be held until the record. */
 static kt_status react(kt_simulation *simulation, const kt_record *record, kt_error *error) {
     const bool reported = (simulation->records.bits & KT_RECORD_REACTIONS) != 0;
-    kt_status status =
-        kt_simulation_react(simulation, time_of_forces(simulation, record->t), simulation->y, reported, error);
-    if (status == KT_OK && kt_simulation_is_stepped(simulation))
+    const bool stepped = kt_simulation_is_stepped(simulation);
+    const double t = time_of_forces(simulation, record->t);
+    kt_status status = kt_simulation_react(simulation, t, simulation->y, reported, error);
+    if (status == KT_OK && stepped)
         status = kt_simulation_date_masses(simulation, record->t, error);
     kt_hook_of_check_record *const *hook = simulation->phases.check_record;
     for (; status == KT_OK && record->index >= 0 && *hook != NULL; hook++)
-        status = (*hook)(simulation, record->t, error);
+        status = (*hook)(simulation, stepped ? record->t : t, error);
     return status;
 }
 

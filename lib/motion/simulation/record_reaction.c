@@ -15,8 +15,7 @@ static kt_status share_load(kt_simulation *simulation, const kt_dynamic_state *a
         .model = simulation->model, .data = data, .t = at->t, .q = at->q, .v = at->v, .tau = at->tau};
     kt_contacts_update_loads(c, simulation->model, data, simulation->multiplier);
     kt_contacts_share_load(c, simulation->model, simulation->multiplier);
-    *shares = kt_contacts_share_any(c, simulation->model) ||
-              kt_contacts_exceed_any(c, simulation->model, simulation->multiplier);
+    *shares = kt_contacts_share_any(c, simulation->model, simulation->multiplier);
     if (!*shares)
         return KT_OK;
     const size_t bytes = simulation->model->n.row * sizeof *c->row;
