@@ -306,6 +306,29 @@ def at_the_limit():
         yield from off(f"{steps}: accelerations of the blocks", apart, 0, 1e-9)
 
 
+WEDGE = """kinetree: 1
+gravity: [0, 0, -9.81]
+bodies:
+  - {name: lift, joint: {type: prismatic, axis: z, position: 1.05}, mass: 1, inertia: [1, 1, 1]}
+  - {name: rod, parent: lift, joint: {type: revolute, axis: y, position: 0.05}, mass: 1, shape: {type: rod, to: [0, 0, -1]}, markers: {tip: [0, 0, -1]}}
+loops: [{name: drive, type: motion, joint: lift, position: {polynomial: [1.05, -0.5]}}]
+effects: [{name: floor, type: contact, point: rod.tip, plane: world, restitution: 0.5, friction: MU}]
+simulate: {duration: 0.11, tolerance: 1e-9}
+output: {record: [effect]}
+"""
+
+
+def wedged():
+    """A drive lowers a rod with the slope tan 0.05 to a floor: if mu is larger, impulses in the cone do not turn the rod, and none separates it."""
+    for mu in (0.04, 0.2):
+        with tempfile.TemporaryDirectory() as place:
+            path = pathlib.Path(place) / "wedge.json"
+            _, stderr = run(WEDGE.replace("MU", str(mu)), "--summary", str(path))
+            impacts = json.loads(path.read_text())["contacts"]["impacts"]
+        ends = "contact 'floor' at t = 0.102135246 s: no impulses separate it" in stderr
+        yield from [] if ends == (mu > math.tan(0.05)) and impacts < 10 else [f"mu {mu}: {impacts} impacts, {stderr}"]
+
+
 claim("rest_is_held_by_the_weight", list(at_rest()))
 claim("friction_of_a_block_that_slides_and_sticks", list(sliding()))
 claim("random_blocks_obey_newton", [problem for seed in range(24) for problem in newton(seed)])
@@ -315,4 +338,5 @@ claim("contacts_that_come_to_rest_without_an_event_have_marks", list(rests()))
 claim("friction_beyond_its_cone_is_told_with_its_number_and_place", list(excess()))
 claim("impulses_without_a_collision_are_told", list(jammed()))
 claim("friction_at_its_limit_obeys_its_cone_with_any_steps", list(at_the_limit()))
+claim("an_impact_that_no_impulse_ends_is_an_error", list(wedged()))
 finish()
