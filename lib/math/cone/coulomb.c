@@ -15,10 +15,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Impulses may exceed this multiple of the rates only where no impulse solves the problem: their residual, relative to
- * themselves, would hide rates that they do not reach. */
-static const double largest_gain = 1e6;
-
 KT_ARENA_LAYOUT(lay_out_solver, kt_coulomb_solver, KT_COULOMB_SOLVER_FIELDS, size_t items, size_t cone)
 
 size_t kt_coulomb_solver_size(size_t items, size_t rows, size_t most) {
@@ -184,8 +180,7 @@ static bool solve_from(const kt_coulomb *c, kt_coulomb_solver *solver, kt_coulom
                                      .b = solver->b,
                                      .mu = solver->mu,
                                      .least = solver->least,
-                                     .limit = solver->limit,
-                                     .gain = largest_gain};
+                                     .limit = solver->limit};
     const kt_cone_result result = kt_cone_solve(solver->cone, &problem, solver->x);
     *steps += (uint64_t)result.newton;
     if (!result.converged)
