@@ -12,9 +12,6 @@
 #include <string.h>
 
 static const double exact = 1e-14;
-/* Impulses above this multiple of the impulses that stop the free motion do not enlarge the size of a residual. A
- * sphere wedged between two walls may have any internal force, and rates would count as rounding compared with it. */
-static const double gain = 100.0;
 /* A step is halved until the square of f falls below the largest of the last MERITS squares. Between sticking and slip,
  * f has edges at which it grows for a step. A method that rejects such steps takes short steps along the edge. */
 enum { HALVINGS = 5, WORSE_MOST = 5, SLOW_MOST = 2, MERITS = 10 };
@@ -90,7 +87,8 @@ static double known_residual(const kt_cone *cone, const double *b, const double 
         impulse = fmax(impulse, fabs(x[r]));
         rate = fmax(rate, fabs(b[r]));
     }
-    const double size = fmax(rate, rate > 0.0 ? fmin(impulse, gain * rate) : impulse);
+    const bool is_bounded = cone->gain > 0.0 && rate > 0.0;
+    const double size = fmax(rate, is_bounded ? fmin(impulse, cone->gain * rate) : impulse);
     return most > 0.0 ? most / size : 0.0;
 }
 

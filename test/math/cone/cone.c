@@ -104,7 +104,7 @@ KT_TEST(impulses_vanish_with_the_rates) {
     W[0] = 1.0;
     W[21] = 3.0;
     W[3] = W[18] = -1.0;
-    const kt_cone_problem posed = {.n = 2, .W = W, .b = b, .mu = mu, .enough = 1e-7};
+    const kt_cone_problem posed = {.n = 2, .W = W, .b = b, .mu = mu, .enough = 1e-7, .gain = 100.0};
     const kt_cone_result result = kt_cone_solve(cone, &posed, p);
     kt_check_near("residual", result.residual, 0.0, 0.0);
     kt_check_near("first", p[0], 0.0, 0.0);
@@ -149,7 +149,8 @@ KT_TEST(large_impulses_leave_the_residual_of_others) {
                                        .b = p->b,
                                        .mu = p->mu,
 
-                                       .enough = 1e-7};
+                                       .enough = 1e-7,
+                                       .gain = 100.0};
         double x[12] = {wedged, 0.0, 0.0, wedged};
         (void)kt_cone_solve(cone, &posed, x);
         kt_check_near("third", x[6], 1.0 / (1.0 + coupling), 1e-4);
