@@ -96,7 +96,8 @@ def status_without_a_line():
     """The exit status of a study along a parameter whose file lacks a line for want of memory; None: none lacked one."""
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        (folder / "arm.yaml").write_text("kinetree: 1\nparameters: {L: 1}\nbodies: [{name: a, joint: {type: revolute, position: 1}, "
+        (folder / "arm.yaml").write_text("kinetree: 1\nparameters: {L: 1}\ngravity: [0, 0, -9.81]\n"
+                                         "bodies: [{name: a, joint: {type: revolute, axis: y, position: 1}, "
                                          "mass: 1, com: [=L, 0, 0]}]\nsimulate: {duration: 0.1}\n", encoding="utf-8")
         words = ["accuracy", "arm.yaml", "--vary", "L=1,2", "--integrators", "rk4", "--quiet", "--out", "out.csv"]
         run(folder, words, 0)
