@@ -208,7 +208,8 @@ KT_TEST(robots_say_no_more_than_is_of_use) {
                       "1:99: warning: 'plugin' is left out");
     kt_expect(0, NULL, "$K import right.xml --quiet --out o.yaml && $K info right.xml --quiet >o.txt");
     kt_expect(0, NULL, "$K run right.xml --quiet --duration 0.01 --out o.csv");
-    kt_expect(1, "'--stops' is an option of 'kinetree import'", "$K info right.xml --stops 1");
+    kt_expect(0, NULL, "$K info right.xml --quiet --stops 1 >o.txt");
+    kt_expect(1, "'--stops' is an option of 'kinetree import'", "$K sweep right.xml --stops 1");
     kt_expect(2, "there is no keyframe 'k'", "$K run right.xml --keyframe k");
 }
 
@@ -303,12 +304,12 @@ KT_TEST(all_subcommands_find_the_files_of_robots) {
     kt_shell("mkdir -p world store/pole shared");
     kt_write_file("store/pole/model.sdf",
                   "<sdf version='1.9'><model name='pole'><link name='rod'><pose>0 0 -1 0 0 0</pose></link>"
-                  "<joint name='pin' type='revolute'><parent>world</parent><child>rod</child><pose>0 0 1 0 0 0</pose>"
+                  "<joint name='pin' type='revolute'><parent>world</parent><child>rod</child><pose>0.1 0 1 0 0 0</pose>"
                   "<axis><xyz>0 1 0</xyz></axis></joint></model></sdf>");
     kt_write_file("world/pole.sdf", "<sdf version='1.9'><world name='w'><include><uri>model://pole</uri></include>"
                                     "</world></sdf>");
     kt_write_file("shared/arm.xml", "<mujocoinclude><body name='arm'><joint axis='0 1 0' damping='1'/>"
-                                    "<geom size='0.1' pos='0 0 -1'/></body></mujocoinclude>");
+                                    "<geom size='0.1' pos='0.1 0 -1'/></body></mujocoinclude>");
     kt_write_file("world/arm.xml", "<mujoco><worldbody><include file='../shared/arm.xml'/></worldbody></mujoco>");
     for (size_t i = 0; i < sizeof commands / sizeof *commands; i++) {
         const char *words = commands[i];
