@@ -138,7 +138,8 @@ void kt_accuracy_mark_front(kt_accuracy *study) {
     }
 }
 
-/* From the tightest setting on, as long as the goal is reached. */
+/* From the tightest setting on, as long as the goal is reached. Of equal costs, which coarse clocks of other engines
+ * have, the loosest setting counts. */
 int kt_accuracy_best_of(const kt_accuracy *study, const kt_accuracy_point *points, int count, double goal) {
     int best = -1;
     if (!study || !points)
@@ -149,7 +150,7 @@ int kt_accuracy_best_of(const kt_accuracy *study, const kt_accuracy_point *point
             continue;
         if (!points[i].usable || !(kt_accuracy_known(study, &points[i]) <= goal))
             break;
-        if (best < 0 || cost(&points[i], timed) < cost(&points[best], timed))
+        if (best < 0 || cost(&points[i], timed) <= cost(&points[best], timed))
             best = i;
     }
     return best;
