@@ -45,6 +45,8 @@ static kt_effect effect_of(kt_effect_type type) {
     e.length = 0.2;
     e.coulomb = e.viscous = e.linear = e.quadratic = e.strength = e.friction = e.dissipation = 0.3;
     e.breakaway = 0.5;
+    if (type == KT_EFFECT_JOINT_FRICTION)
+        e.friction = 0.0; /* no load: at a radius of 9 m, friction that grows with one would jam */
     e.lower = 10.0;
     e.radius = 9.0;
     e.wrench = type == KT_EFFECT_CUSTOM ? pull : NULL;
