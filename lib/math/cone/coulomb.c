@@ -476,8 +476,9 @@ static bool rest_without_one(kt_coulomb *c, kt_coulomb_solution *closed, kt_coul
     return found;
 }
 
-bool kt_coulomb_solve_block(kt_coulomb *c, kt_coulomb_solver *solver, bool independent, kt_coulomb_solution *solution,
-                            uint64_t *steps) {
+/* Solves the problem of one block. Forces of friction that leaves may still be those of rest. */
+static bool solve_items(kt_coulomb *c, kt_coulomb_solver *solver, bool independent, kt_coulomb_solution *solution,
+                        uint64_t *steps) {
     assert(c->n >= 0 && c->rows >= c->n && (c->n == 0 || c->W != NULL || c->entry != NULL));
     assert(solution != solver->other && solution != solver->next && solution != solver->best);
     solution->count = 1;
@@ -498,6 +499,29 @@ bool kt_coulomb_solve_block(kt_coulomb *c, kt_coulomb_solver *solver, bool indep
     if (sorts)
         kt_coulomb_restore(c, solver, solution);
     return found;
+}
+
+/* Whether friction that may not stick has its largest force. */
+static bool friction_leaves(const kt_coulomb *c, const kt_coulomb_solution *to) {
+    const double strength = kt_coulomb_strength(c, to->p);
+    bool leaves = true;
+    for (int i = 0; i < c->n; i++) {
+        const kt_coulomb_item *item = &c->item[i];
+        const double weak = 1e-9 * strength / sqrt(kt_coulomb_weight(c, i)), force = to->p[item->row];
+        const double *across = to->p + item->across;
+        if ((item->rejected & 1U << KT_COULOMB_STICK) == 0 || kt_coulomb_is_open_alone(item))
+            continue;
+        if (item->type == KT_COULOMB_DRY)
+            leaves = leaves && fabs(force) >= item->friction - weak;
+        else
+            leaves = leaves && kt_hypot(across[0], across[1]) >= item->friction * force - weak;
+    }
+    return leaves;
+}
+
+bool kt_coulomb_solve_block(kt_coulomb *c, kt_coulomb_solver *solver, bool independent, kt_coulomb_solution *solution,
+                            uint64_t *steps) {
+    return solve_items(c, solver, independent, solution, steps) && friction_leaves(c, solution);
 }
 
 /* ---- contacts that do not part ----------------------------------------------------------------------------------- */

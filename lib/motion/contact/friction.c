@@ -503,26 +503,21 @@ static bool solve_predicted(kt_simulation *simulation, bool again) {
     return found && count_beginning(c) >= begin;
 }
 
-/* Solves the problem of one attempt. Slow slip has present directions at first, and then the directions that steps
- * predict. If there is no solution in predicted directions, present directions are used. In the solution, slow slip
- * that may stop is at rest. If friction holds none of this slip, slip continues in its present directions. The
- * directions in which slip would begin from rest are no substitute: they may have other reactions, and press other
- * contacts. again: as in set_problem. */
-static bool solve_attempt(kt_simulation *simulation, bool again) {
+/* Solves the problem of one attempt. Slow slip has present directions at first, and then, with `predicts`, the
+ * directions that steps predict. In the solution, slow slip that may stop is at rest. If friction holds none of this
+ * slip, slip continues in its present directions. The directions in which slip would begin from rest are no substitute:
+ * they may have other reactions, and press other contacts. again: as in set_problem. */
+static bool solve_attempt(kt_simulation *simulation, bool again, bool predicts) {
     struct kt_contacts *c = simulation->contacts;
     const bool stops = c->stops;
     kt_clear(c->ahead, (size_t)c->resting * sizeof *c->ahead);
-    bool found = solve_problem(simulation, again);
-    if (found && !solve_predicted(simulation, again)) {
-        kt_clear(c->ahead, (size_t)c->resting * sizeof *c->ahead);
+    bool found = solve_problem(simulation, again) && (!predicts || solve_predicted(simulation, again));
+    if (found && stops && !any_comes_to_rest(c)) {
+        c->stops = false;
         found = solve_problem(simulation, again);
+        c->stops = stops;
     }
-    if (!found || !stops || any_comes_to_rest(c))
-        return found;
-    c->stops = false;
-    found = solve_problem(simulation, again);
-    c->stops = stops;
-    return found;
+    return found && !closes_released(c);
 }
 
 /* Counts a solution that is one of several motions. */
@@ -569,11 +564,12 @@ static void hold_slow_slip(kt_simulation *simulation) {
     }
 }
 
-/* Solves the forces of the present block. Returns whether there is a solution. */
+/* Solves the forces of the present block. Returns whether there is a solution. Steps behind this instant predict slow
+ * slip. Only if predicted directions have no solution, also with contacts that leave, present directions are used. */
 static bool solve_block(kt_simulation *simulation, double t) {
     struct kt_contacts *c = simulation->contacts;
-    if (!(solve_attempt(simulation, false) && !closes_released(c)) &&
-        !(solve_attempt(simulation, true) && !closes_released(c)))
+    if (!solve_attempt(simulation, false, true) && !solve_attempt(simulation, true, true) &&
+        !solve_attempt(simulation, false, false) && !solve_attempt(simulation, true, false))
         return false;
     if (c->solution->count > 1)
         count_undecided(simulation, t);

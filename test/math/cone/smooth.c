@@ -112,3 +112,31 @@ KT_TEST(smooth_problems_of_any_rank_have_a_vertex) {
     for (int i = 0; i < 4; i++)
         free(s.memory[i]);
 }
+
+/* An event lets friction slip. A solution below its limit is none, because the step behind the decision would have the
+ * force of the limit. All items obey their laws. */
+KT_TEST(smooth_friction_that_leaves_has_its_largest_force) {
+    kt_random random = kt_random_of_test();
+    smooth s;
+    KT_WORST leaving = kt_worst_make("reserve of friction that leaves");
+    KT_WORST laws = kt_worst_make("laws");
+    int solved = 0, unsolved = 0;
+    make_smooth(&s);
+    for (int k = 0; k < 20000; k++) {
+        const int n = 2 + k % 9, leaves = 1 + 2 * kt_random_int(&random, 0, n / 2 - 1);
+        uint64_t steps = 0;
+        draw_smooth(&random, &s, n, 1 + k / 10 % 10, true);
+        s.c->item[leaves].rejected = 1U << KT_COULOMB_STICK;
+        if (!kt_coulomb_solve(s.c, s.solver, true, s.solution, &steps)) {
+            unsolved++;
+            continue;
+        }
+        solved++;
+        kt_worst_below(&leaving, s.c->item[leaves].friction - fabs(s.solution->p[leaves]), 1e-12, "problem %d", k);
+        kt_worst_below(&laws, violation_of_smooth(&s), 1e-12, "problem %d", k);
+    }
+    kt_check_above("solved", solved, 1000.0);
+    kt_check_above("unsolved: friction must stick", unsolved, 1000.0);
+    for (int i = 0; i < 4; i++)
+        free(s.memory[i]);
+}
