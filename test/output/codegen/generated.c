@@ -274,17 +274,31 @@ static double *scalar_of_effect(kt_effect *e, const char *name) {
     const struct {
         const char *name;
         double *number;
-    } all[] = {{"stiffness", &e->stiffness}, {"damping", &e->damping},
-               {"rest", &e->rest.value},     {"length", &e->length},
-               {"coulomb", &e->coulomb},     {"viscous", &e->viscous},
-               {"static", &e->breakaway},    {"stribeck", &e->stribeck},
-               {"smoothing", &e->smoothing}, {"lower", &e->lower},
-               {"upper", &e->upper},         {"limit", &e->limit},
-               {"torque", &e->torque.value}, {"target", &e->target.value},
-               {"linear", &e->linear},       {"quadratic", &e->quadratic},
-               {"strength", &e->strength},   {"radius", &e->radius},
-               {"exponent", &e->exponent},   {"friction", &e->friction},
-               {"slip", &e->slip},           {"dissipation", &e->dissipation}};
+    } all[] = {{"stiffness", &e->stiffness},
+               {"damping", &e->damping},
+               {"rest", &e->rest.value},
+               {"length", &e->length},
+               {"coulomb", &e->coulomb},
+               {"viscous", &e->viscous},
+               {"static", &e->breakaway},
+               {"stribeck", &e->stribeck},
+               {"smoothing", &e->smoothing},
+               {"lower", &e->lower},
+               {"upper", &e->upper},
+               {"limit", &e->limit},
+               {"torque", &e->torque.value},
+               {"target", &e->target.value},
+               {"linear", &e->linear},
+               {"quadratic", &e->quadratic},
+               {"strength", &e->strength},
+               {"radius", &e->radius},
+               {"exponent", &e->exponent},
+               {"friction", &e->friction},
+               {"slip", &e->slip},
+               {"dissipation", &e->dissipation},
+               {"rolling", &e->rolling},
+               {"torsion", &e->torsion},
+               {"turn", &e->turn}};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++)
         if (strcmp(all[i].name, name) == 0)
             return all[i].number;
