@@ -43,7 +43,7 @@ SAMPLE = {
     "mechanics/dynamics/aba": TREE, "mechanics/dynamics/rnea": TREE, "mechanics/dynamics/planar": TREE, "mechanics/dynamics/published": TREE,
     "model/effect/jacobian": [], "mechanics/evaluate/custom_loop": TANGLE, "mechanics/evaluate/reaction": TANGLE,
     "mechanics/assembly/order": TANGLE, "motion/integrator/order": [PROBLEMS], "motion/integrator/radau": [PROBLEMS],
-    "motion/simulation/gap": [SCENES], "motion/contact/rest": [SCENES],
+    "motion/simulation/gap": [SCENES], "motion/contact/feet": [SCENES],
     "motion/simulation/checkpoint": [SCENES, "mechanics/dynamics/tree.c"],
 }
 
