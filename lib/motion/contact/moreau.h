@@ -108,6 +108,8 @@ KT_CHECKED kt_status kt_moreau_find_gaps(struct kt_contacts *c, const kt_model *
 static inline bool kt_moreau_couples(const kt_moreau *m, int i, int k) {
     return (m->branches[i] & m->branches[k]) != 0;
 }
+/* Chooses all items of the selected island (m->chosen). Returns their number. */
+int kt_moreau_choose_island(const kt_simulation *simulation);
 /* Adds a multiple of the response to row r of item i, which is in the selected island, to velocities
  * (moreau_items.c). */
 void kt_moreau_add_response(const kt_simulation *simulation, int i, int r, double p, double *v);

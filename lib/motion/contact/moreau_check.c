@@ -25,18 +25,17 @@
 /* A law is violated beyond this part of the largest impulse or rate: ten times the residual of the cone solver. */
 static const double violated = 1e-6;
 
-/* Chooses item i as item j of the island. Writes its impulses, its rates at v+ and its limit in the weight s. This is
- * 1 / sqrt of the largest number on the diagonal of the item's block of W. Returns the largest of the impulses, and of
- * its rates without impulses. */
-static double choose_item(const kt_simulation *simulation, int i, int j) {
+/* Writes the impulses of chosen item j, its rates at v+ and its limit in the weight s. This is 1 / sqrt of the largest
+ * number on the diagonal of the item's block of W. Returns the largest of the impulses, and of the rates without
+ * impulses. */
+static double scale_item(const kt_simulation *simulation, int j) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_moreau *m = simulation->moreau;
-    const int rows = kt_moreau_rows(m, i), first = m->first[i];
+    const int i = m->chosen[j], rows = kt_moreau_rows(m, i), first = m->first[i];
     double size = 0.0, most = 0.0;
     for (int k = 0, r = first - c->selected->row; k < rows; k++, r++)
         most = fmax(most, kt_moreau_entry(c, r, r));
     const double s = most > 0.0 ? 1.0 / sqrt(most) : 1.0;
-    m->chosen[j] = i;
     m->limits[j] = m->limit[i] < 0.0 ? -1.0 : m->limit[i] / s;
     for (int k = 0, r = first; k < rows; k++, r++) {
         const double least = k == 0 && m->limit[i] < 0.0 ? kt_moreau_bound(m, i) : 0.0;
@@ -59,14 +58,13 @@ static double residual_of(const double *p, const double *u, int rows, double mu,
 }
 
 /* Checks the items of the selected island. */
-static kt_status check_island(const kt_simulation *simulation, int island, kt_error *error) {
+static kt_status check_island(const kt_simulation *simulation, kt_error *error) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_moreau *m = simulation->moreau;
+    const int count = kt_moreau_choose_island(simulation);
     double size = 0.0;
-    int count = 0;
-    for (int i = 0; i < m->count; i++)
-        if (c->item[m->item[i]].island == island)
-            size = fmax(size, choose_item(simulation, i, count++));
+    for (int j = 0; j < count; j++)
+        size = fmax(size, scale_item(simulation, j));
     for (int j = 0; j < count; j++) {
         const int i = m->chosen[j], loop = c->item[m->item[i]].loop;
         const double *p = m->impulse + 3 * j, *u = m->b + 3 * j;
@@ -116,6 +114,6 @@ kt_status kt_moreau_check(kt_simulation *simulation, double h, kt_error *error) 
     kt_status status = KT_OK;
     for (int k = 0; status == KT_OK && k < c->islands; k++)
         if (kt_contacts_select(c, k) && !simulation->moreau->island[k].fails)
-            status = check_island(simulation, k, error);
+            status = check_island(simulation, error);
     return status == KT_OK && simulation->groups == 0 ? check_momentum(simulation, h, error) : status;
 }

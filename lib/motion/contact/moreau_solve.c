@@ -85,8 +85,7 @@ static kt_cone_result solve_cones(kt_simulation *simulation, int count, bool nor
     return result;
 }
 
-/* Chooses all items of the selected island. Returns their number. */
-static int choose_island(const kt_simulation *simulation) {
+int kt_moreau_choose_island(const kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
     int count = 0;
@@ -244,7 +243,7 @@ static kt_status reject_step(const kt_simulation *simulation, int count, kt_erro
 /* Solves for the items of the selected island. */
 static kt_status solve_island(kt_simulation *simulation, kt_moreau_island *island, kt_error *error) {
     kt_moreau *m = simulation->moreau;
-    const int count = choose_island(simulation);
+    const int count = kt_moreau_choose_island(simulation);
     double size;
     bool found = true, bounces = false;
     for (int j = 0; j < count; j++)
@@ -300,7 +299,7 @@ static const double removed = 1e-3;
 static int choose_deep(const kt_simulation *simulation, double h, bool begins) {
     const struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
-    const int all = choose_island(simulation);
+    const int all = kt_moreau_choose_island(simulation);
     bool any = false;
     int count = 0;
     for (int j = 0; j < all; j++) {
