@@ -23,10 +23,6 @@
  * forces than decisions do (evaluate/slip_prediction.c), so next to the limit of rest these may contradict each other.
  * Therefore friction holds slip that came to rest by turns, for `hold` and for the length of a step.
  *
- * Such slip may also hover: steps in which its stages lie on both sides of rest keep its speed, and longer ones gain
- * energy. No part of the step ends this, whether friction can hold the contact or not. Behind TRIES tries within the
- * length of a step, friction therefore holds slip below `hovering` rest velocities, for one step at least.
- *
  * Stages behind a reversal have the opposite friction. Then the search may find the reversal at another time in each
  * repetition of the step, before or after its end. At the third repetition, slip that is due to reverse at the end of a
  * step, and is not faster than its rest velocity, ends. All slip that reverses below this speed comes to rest if
@@ -48,12 +44,10 @@
 #include <float.h>
 #include <math.h>
 
-enum { TURNS = 8, TRIES = 64 };
+enum { TURNS = 8 };
 
 /* A part of the time in which the mechanism moves by its own size (own_time.c), and growth in a step that counts. */
 static const double hold = 3e-4, grown = 1.125;
-/* The largest slip that many tries of a fixed step end, relative to the rest velocity. */
-static const double hovering = 100.0;
 
 /* The index of a contact's slip among all contacts that slip. */
 static size_t index_of_slip(const kt_model *model, const kt_contact *contact) {
@@ -351,26 +345,6 @@ void kt_contact_count_reversal(kt_simulation *simulation, int k) {
     memory->reversals = is_within ? memory->reversals + 1 : 1;
 }
 
-/* Whether contact k slips slowly while a fixed step takes many tries. */
-static bool slip_hovers(const kt_simulation *simulation, int k) {
-    const kt_simulation_memory *memory = &simulation->memory;
-    const double rest = simulation->model->loop[simulation->contacts->item[k].loop].rest_velocity;
-    return memory->retries >= TRIES &&
-           kt_integrator_time(simulation->integrator) - memory->retried_since <= simulation->step &&
-           kt_contact_is_slipping(simulation, k) && simulation->contact_state[k].speed <= hovering * rest;
-}
-
-/* Resolves contacts between two steps. This is no event, which would decide about contacts anew that friction holds:
- * these stay at rest, or two contacts end each other's hold at one instant without end. Friction that slips, since an
- * event has ended its hold, is not held again. */
-static kt_status resolve_between(kt_simulation *simulation, kt_error *error) {
-    struct kt_contacts *c = simulation->contacts;
-    c->holds = true;
-    const kt_status status = kt_phase_settle(simulation, error);
-    c->holds = false;
-    return status;
-}
-
 /* Friction that does not stick any more is not held, either. */
 static void forget_ended_holds(kt_simulation *simulation) {
     const struct kt_contacts *c = simulation->contacts;
@@ -379,20 +353,9 @@ static void forget_ended_holds(kt_simulation *simulation) {
             simulation->contact_state[k].held = -HUGE_VAL;
 }
 
-/* Lets friction hold slip that hovers. */
-static kt_status end_hovering(kt_simulation *simulation, kt_error *error) {
-    const struct kt_contacts *c = simulation->contacts;
-    bool hovers = false;
-    forget_ended_holds(simulation);
-    for (int k = 0; k < c->sides; k++)
-        if (slip_hovers(simulation, k)) {
-            hold_friction(simulation, c->item[k].of);
-            hovers = true;
-        }
-    return hovers ? resolve_between(simulation, error) : KT_OK;
-}
-
-/* Lets slow slip that turns round its rest come to rest. */
+/* Lets slow slip that turns round its rest come to rest. This is no event, which would decide about contacts anew that
+ * friction holds: these stay at rest, or two contacts end each other's hold at one instant without end. Friction that
+ * slips, since an event has ended its hold, is not held again. */
 static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     bool turns = false;
@@ -407,9 +370,9 @@ static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
     if (!turns)
         return KT_OK;
     forget_ended_holds(simulation);
-    c->stops = true;
-    const kt_status status = resolve_between(simulation, error);
-    c->stops = false;
+    c->holds = c->stops = true;
+    const kt_status status = kt_phase_settle(simulation, error);
+    c->holds = c->stops = false;
     for (int k = 0; k < c->sides; k++) {
         double *stops_below = &simulation->contact_state[k].stops_below;
         if (*stops_below > 0.0 && kt_contact_is_closed(simulation->model, &c->item[c->item[k].of]))
@@ -443,9 +406,7 @@ kt_status kt_contacts_begin_slip(kt_simulation *simulation, kt_error *error) {
         kt_integrator_change(simulation->integrator, true);
         simulation->contact_time = simulation->events.time = (double)NAN;
     }
-    kt_status status = simulation->memory.retries >= TRIES ? end_hovering(simulation, error) : KT_OK;
-    if (status == KT_OK)
-        status = end_turns(simulation, error);
+    const kt_status status = end_turns(simulation, error);
     if (any_is_held(simulation))
         simulation->contact_time = simulation->events.time = (double)NAN;
     return status;
