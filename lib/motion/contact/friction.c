@@ -381,19 +381,6 @@ static bool closes_released(const struct kt_contacts *c) {
     return closes;
 }
 
-/* Whether slow slip that may stop comes to rest in the solution. */
-static bool any_comes_to_rest(const struct kt_contacts *c) {
-    const kt_coulomb *p = c->problem;
-    bool any = false;
-    for (int i = 0; i < p->n; i++) {
-        const double *slip = c->u + p->line[p->item[i].across];
-        any = any ||
-              (p->item[i].type == KT_COULOMB_CONE && !(c->ahead[i] > 0.0) && c->solution->mode[i] == KT_COULOMB_STICK &&
-               kt_hypot(slip[0], slip[1]) > c->rest_rate[c->item[c->list[c->posed[i]]].of]);
-    }
-    return any;
-}
-
 /* Solves the problem of set_problem. Returns whether there is a solution. */
 static bool solve_problem(kt_simulation *simulation, bool again) {
     struct kt_contacts *c = simulation->contacts;
@@ -504,20 +491,11 @@ static bool solve_predicted(kt_simulation *simulation, bool again) {
 }
 
 /* Solves the problem of one attempt. Slow slip has present directions at first, and then, with `predicts`, the
- * directions that steps predict. In the solution, slow slip that may stop is at rest. If friction holds none of this
- * slip, slip continues in its present directions. The directions in which slip would begin from rest are no substitute:
- * they may have other reactions, and press other contacts. again: as in set_problem. */
+ * directions that steps predict. again: as in set_problem. */
 static bool solve_attempt(kt_simulation *simulation, bool again, bool predicts) {
     struct kt_contacts *c = simulation->contacts;
-    const bool stops = c->stops;
     kt_clear(c->ahead, (size_t)c->resting * sizeof *c->ahead);
-    bool found = solve_problem(simulation, again) && (!predicts || solve_predicted(simulation, again));
-    if (found && stops && !any_comes_to_rest(c)) {
-        c->stops = false;
-        found = solve_problem(simulation, again);
-        c->stops = stops;
-    }
-    return found && !closes_released(c);
+    return solve_problem(simulation, again) && (!predicts || solve_predicted(simulation, again)) && !closes_released(c);
 }
 
 /* Counts a solution that is one of several motions. */
