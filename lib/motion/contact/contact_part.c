@@ -453,22 +453,8 @@ static bool come_to_rest(kt_simulation *simulation, size_t event, double window)
     return c->window > 0.0 || c->stops || kt_bounded_step_replaces(simulation, KT_ERROR_STEP);
 }
 
-/* Whether another open contact is about to close: its gap at the end of the step is within the margin. */
-static bool crowds(const kt_simulation *simulation) {
-    const struct kt_contacts *c = simulation->contacts;
-    const double *last = simulation->events.value + (KT_EVENT_VALUES - 2) * simulation->size.event;
-    bool any = false;
-    for (int k = 0; k < c->sides; k++)
-        any = any || (!kt_contact_is_closed(simulation->model, &c->item[k]) && !simulation->event_root[k].due &&
-                      simulation->event_memory[k].side > 0 && last[k] <= kt_contact_depth(&c->item[k]));
-    return any;
-}
-
-static const kt_event_source contact_source = {.rest = come_to_rest,
-                                               .crowds = crowds,
-                                               .ends = kt_contact_slip_ends,
-                                               .margin = kt_contact_value_margin,
-                                               .kink = kt_contact_kink};
+static const kt_event_source contact_source = {
+    .rest = come_to_rest, .ends = kt_contact_slip_ends, .margin = kt_contact_value_margin, .kink = kt_contact_kink};
 
 /* ---- the part of a simulation ------------------------------------------------------------------------------------ */
 

@@ -7,9 +7,9 @@
  *
  * A chain has no end if the time up to that limit is less than the part `at_once` of the time since its intervals
  * shrink (event_chain), or if its last interval is below INSTANTS times the width of an instant. The chain has no end
- * either if IN_A_ROW successive intervals are that short. A chain of contacts ends at the part `soon` if the gap of its
- * next impact is below the rounding of gaps. Records have no part in this: they must not influence the motion. The
- * remaining impacts of a chain of contacts are applied at once (contact/accumulate.c), up to MARGIN times that limit.
+ * either if IN_A_ROW successive intervals are that short. Records have no part in this: they must not influence the
+ * motion. The remaining impacts of a chain of contacts are applied at once (contact/accumulate.c), up to MARGIN times
+ * that limit.
  *
  * Besides, at most WITHIN instants may lie within one fixed step, or within a thousandth of the run. This bounds the
  * cost of a step. Each call of kt_simulation_advance begins a new count.
@@ -25,7 +25,7 @@
 
 #include <math.h>
 
-static const double at_once = 1e-9, soon = 1e-4;
+static const double at_once = 1e-9;
 enum { SHRINKING = 8, IN_A_ROW = 64, INSTANTS = 16, MARGIN = 4, PARTS = 1000, WITHIN = 10000, MISSED = 100 };
 
 static kt_status reject_chain(const kt_simulation *simulation, size_t k, double t, kt_error *error) {
@@ -69,11 +69,6 @@ static bool comes_to_rest(kt_simulation *simulation, size_t k, double window) {
     return k < simulation->contact_count && simulation->events.source->rest(simulation, k, window);
 }
 
-/* Whether the next impacts of a chain would count as touching now, within rounding of their gaps. */
-static bool is_crowded(const kt_simulation *simulation, size_t k) {
-    return k < simulation->contact_count && simulation->events.source->crowds(simulation);
-}
-
 /* Continues the chain of shrinking intervals with the interval d from event_last to the present instant. If d does not
  * shrink, a new chain begins with the interval before. short_interval: the length up to which intervals count as
  * short. */
@@ -86,19 +81,17 @@ static void extend_chain(kt_simulation_memory *memory, double d, double short_in
     memory->event_row = follows && d <= short_interval ? memory->event_row + 1 : 0;
 }
 
-/* Whether the chain, continued to the instant t of event k, has no end. *window: the time from t in which the remaining
+/* Whether the chain, continued to the instant t, has no end. *window: the time from t in which the remaining
  * impacts are applied at once, if the events are those of contacts. */
-static bool has_no_end(const kt_simulation *simulation, size_t k, double t, double short_interval, double *window) {
-    const kt_simulation_memory *memory = &simulation->memory;
+static bool has_no_end(const kt_simulation_memory *memory, double t, double short_interval, double *window) {
     const double d = t - memory->event_last, r = memory->event_ratio, lasts = t - memory->event_chain;
     const double left = d * r / (1.0 - r);
     const bool is_row = memory->event_row >= IN_A_ROW;
     /* An interval within the rounding of t has no meaningful ratio to others. */
     const bool has_ratio = d > kt_time_together(t);
     const bool is_close = memory->event_shrinking >= SHRINKING && (d <= short_interval || left <= at_once * lasts);
-    const bool is_near = memory->event_shrinking >= SHRINKING / 2 && left <= soon * lasts && is_crowded(simulation, k);
     *window = is_row ? IN_A_ROW * short_interval : MARGIN * left;
-    return is_row || (has_ratio && (is_close || is_near));
+    return is_row || (has_ratio && is_close);
 }
 
 kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, double t, kt_error *error) {
@@ -108,7 +101,7 @@ kt_status kt_simulation_count_instant(kt_simulation *simulation, size_t k, doubl
     double window;
     simulation->events.latest = k;
     extend_chain(memory, d, short_interval);
-    if (has_no_end(simulation, k, t, short_interval, &window) && !comes_to_rest(simulation, k, window))
+    if (has_no_end(memory, t, short_interval, &window) && !comes_to_rest(simulation, k, window))
         return kt_simulation_explain_disc(simulation, reject_chain(simulation, k, t, error), error);
     const kt_status status = count_within(simulation, k, t, error);
     if (status != KT_OK)

@@ -45,8 +45,6 @@ typedef struct kt_event_source {
     /* At this instant, at which event k happens, applies all instants of a time that no step resolves, since they
      * accumulate. A contact without a rest velocity has no last one. Returns whether the source has done so. */
     bool (*rest)(kt_simulation *simulation, size_t k, double window);
-    /* Whether an open contact touches within rounding that is not due. */
-    bool (*crowds)(const kt_simulation *simulation);
     /* Whether slip of contact k has come to rest up to its rest velocity, with this value of its event. */
     bool (*ends)(const kt_simulation *simulation, size_t k, double value);
     /* The depth to which contact k may penetrate while it is open, m or rad. For friction that slips, the rate at which
