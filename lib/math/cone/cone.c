@@ -12,8 +12,8 @@
 static const double converged = 1e-9, polished = 1e-12;
 /* Determinants of blocks below this number count as zero. The largest number on a diagonal is 1. */
 static const double vanishing = 1e-12;
-/* Corners of a face share an impact in many ways, and Newton's method may end at a residual that is enough, but not
- * rounding. Proximal points then find a solution. They cost too much for large problems. */
+/* Corners of a face share an impact in many ways, and Newton's method may end at a residual that is enough, but above
+ * `converged`. Proximal points then find a solution. They cost too much for large problems, and never polish. */
 enum { SMALL = 8 };
 enum { LOCAL = 4, FIRST_SWEEPS = 2, MORE_SWEEPS = 100, NEWTON_MOST = 40 };
 
@@ -218,11 +218,12 @@ kt_cone_result kt_cone_cascade(kt_cone *cone, const kt_cone_problem *problem, co
     kt_cone_result result = {.residual = (double)INFINITY};
     scale_problem(cone, problem, member, n, p);
     memcpy(cone->found, cone->x, 3 * (size_t)cone->n * sizeof *p);
+    const double enough = fmax(n <= SMALL ? 0.0 : problem->enough, converged);
     cone->enough = fmax(problem->enough, polished);
-    for (int round = 0; round < KT_CONE_ROUNDS && !(result.residual <= cone->enough); round++)
+    for (int round = KT_CONE_NEWTON; round <= KT_CONE_SWEEPS && !(result.residual <= cone->enough); round++)
         take_round(cone, (kt_cone_round)round, &result);
-    cone->enough = polished;
-    if (n <= SMALL && result.residual > polished && problem->enough > polished)
+    cone->enough = n <= SMALL ? polished : cone->enough;
+    if (!(result.residual <= enough))
         take_round(cone, KT_CONE_PROXIMAL, &result);
     result.newton = cone->newton;
     result.converged = result.residual <= converged;
