@@ -44,7 +44,7 @@
 /* ---- events ------------------------------------------------------------------------------------------------------ */
 
 /* Attempts to free a contact that friction wedges. */
-enum { REST, RELEASE, IMPULSES = 4, HOLD = RELEASE + 1 + IMPULSES };
+enum { RELEASE, IMPULSES = 4, HOLD = RELEASE + 1 + IMPULSES };
 
 /* The value of a contact as an event: its gap while it is open, its reserve while it is closed (values.c). */
 static int watch_contact(const kt_instant *at, double *value, kt_error *error, void *user) {
@@ -321,30 +321,11 @@ static kt_status resolve_once(kt_simulation *simulation, kt_error *error) {
     return watch_open(simulation, t, error);
 }
 
-/* Lets slip that is no faster than its rest velocity come to rest. Returns whether any does. */
-static bool stop_slow_slip(kt_simulation *simulation) {
-    struct kt_contacts *c = simulation->contacts;
-    kt_contact_counts *counts = &simulation->memory.contacts;
-    const uint64_t sticks = counts->sticks;
-    kt_error made = {0};
-    if (kt_contacts_find_slow(simulation) < 0)
-        return false;
-    kt_contacts_clear_due(c);
-    c->stops = true;
-    const kt_status status = resolve_once(simulation, &made);
-    c->stops = false;
-    const bool rests = status == KT_OK && counts->sticks > sticks;
-    counts->rested += rests;
-    return rests;
-}
-
 /* Frees the contact that friction wedged last. An implicit method may evaluate other states behind the one that failed.
  * A contact wedges if it slips, and no normal force obeys Coulomb's law: friction mu N raises the force N that it needs
  * by more than N (Painleve's paradox). Without such a contact, treats the slowest contact with slow slip. The attempts
  * are, in this order:
  *
- *     REST       Slow slip comes to rest. An implicit step has no solution if slip turns within less than the
- *                shortest step.
  *     RELEASE    The contact is released, if it then parts.
  *     then       Impulses without a collision stop the slip, up to IMPULSES times.
  *     HOLD       The slip is held for a short time, once for each contact. A contact that slips on nevertheless has
@@ -355,11 +336,6 @@ bool kt_contacts_free_wedged(kt_simulation *simulation, int *attempt) {
     struct kt_contacts *c = simulation->contacts;
     kt_status status = KT_ERROR_CONSTRAINT;
     c->wedged = kt_contacts_find_wedged(simulation);
-    if (*attempt == REST) {
-        (*attempt)++;
-        if (stop_slow_slip(simulation))
-            return true;
-    }
     if (c->wedged < 0) {
         c->wedged = kt_contacts_find_slow(simulation);
         *attempt = *attempt > HOLD ? *attempt : HOLD;
