@@ -420,7 +420,7 @@ typedef struct kt_contact_counts {
     uint64_t slips;       /* friction that sticks began to slip */
     uint64_t rested;      /* a rule let contacts rest: impacts or ends of slip accumulated, or slow slip turned or
                              was wedged. Also holds (kt_contact_excess) */
-    uint64_t reduced;     /* impacts with reduced restitutions: with the given ones the energy would have grown */
+    uint64_t reduced;     /* impacts with reduced restitutions: the given ones have no impulses, or raise the energy */
     uint64_t undecided;   /* friction allowed several motions. If all contacts can stick, they do; otherwise the motion
                              next to sticking was taken */
     uint64_t shared;      /* contacts wedged a body: normal forces were not unique, and the least ones were taken */

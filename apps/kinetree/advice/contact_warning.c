@@ -14,7 +14,7 @@ static const kt_counted reduced_impacts = {
     "at ",
     "impact",
     "impacts",
-    " Newton's rule would let the energy grow: restitutions were made less there",
+    " Newton's rule has no impulses, or would let the energy grow: restitutions were made less there",
     "Take `poisson: true`, smaller restitutions, or leave gaps so that impacts come one by one"};
 
 static const kt_counted slow_slips = {

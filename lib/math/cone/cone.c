@@ -156,7 +156,6 @@ static void scale_problem(kt_cone *cone, const kt_cone_problem *problem, const i
     bool has_least = false;
     cone->n = n;
     cone->newton = 0;
-    cone->gain = problem->gain;
     if (m > 0 && member == NULL && problem->W != cone->W) /* both are NULL without contacts */
         memcpy(cone->W, problem->W, (size_t)(m * m) * sizeof *cone->W);
     for (int i = 0; i < n; i++) {
@@ -185,7 +184,7 @@ static void scale_problem(kt_cone *cone, const kt_cone_problem *problem, const i
             cone->W[r * m + 3 * j + k % 3] *= cone->scale[r / 3];
             cone->W[r * m + 3 * j + k % 3] *= cone->scale[j];
         }
-    if (rate == 0.0 && problem->gain > 0.0 && !has_least) /* p = 0 solves it, and gain |b| is no size */
+    if (rate == 0.0 && !has_least) /* p = 0 solves it */
         memset(cone->x, 0, (size_t)m * sizeof *cone->x);
 }
 

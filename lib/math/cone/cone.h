@@ -47,7 +47,6 @@ typedef struct kt_cone_problem {
     const double *mu;             /* n */
     const double *least;          /* n: l; NULL: zeros */
     const double *limit;          /* n: S of dry friction; negative: a contact; NULL: all are contacts */
-    double gain;                  /* the residual is relative to |p| up to gain |b|; 0: to all |p| */
     double enough;                /* the residual at which the cascade ends; 0: rounding */
 } kt_cone_problem;
 
@@ -61,7 +60,7 @@ typedef enum kt_cone_round {
 
 typedef struct kt_cone_result {
     bool converged;  /* residual <= 1e-9 */
-    double residual; /* the largest |f|, relative to the largest |p| (see gain) and |b|; infinite if there is a NaN */
+    double residual; /* the largest |f|, relative to |b|, |p| up to 100 |b|, and 1e-3 |p|; infinite for NaN */
     kt_cone_round round;
     int newton; /* steps of Newton's method */
 } kt_cone_result;

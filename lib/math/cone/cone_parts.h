@@ -47,7 +47,6 @@ struct kt_cone {
     int most; /* contacts */
     int n;
     int newton, blocks; /* steps of Newton's method; blocks of A */
-    double gain;        /* the largest impulse in the size of a residual, over the largest rate; 0: unbounded */
     double enough;      /* the residual at which the cascade ends */
     KT_ARENA_DECLARE(KT_CONE_FIELDS)
     KT_ARENA_DECLARE(KT_CONE_MATRICES)

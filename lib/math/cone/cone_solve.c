@@ -44,7 +44,7 @@ kt_cone_result kt_cone_solve(kt_cone *cone, const kt_cone_problem *problem, doub
     assert(problem->n >= 0 && (problem->blocks != NULL || problem->n <= cone->most));
     assert(problem->n == 0 || problem->W != NULL || problem->blocks != NULL);
     assert(are_nonnegative(problem->mu, problem->n) && are_nonnegative(problem->least, problem->n));
-    assert(problem->gain >= 0.0 && problem->enough >= 0.0);
+    assert(problem->enough >= 0.0);
     return problem->blocks == NULL ? kt_cone_cascade(cone, problem, NULL, problem->n, p)
                                    : kt_cone_solve_members(cone, problem, p);
 }

@@ -22,8 +22,9 @@
  * least y . uC + y'W y / 2 of all y >= e pC, and pC is one of these y.
  *
  * Newton's rule can increase the energy if the impulse of another contact acts on a parting contact. With friction,
- * even one contact suffices (Kane 1984). Then all e are halved until the energy does not grow, which e = 0 guarantees.
- * These impacts are counted.
+ * even one contact suffices (Kane 1984). A sphere between walls within its cones of friction cannot bounce at all. Then
+ * all e are halved until impulses exist and the energy does not grow. With e = 0, it never grows. The summary counts
+ * these impacts.
  *
  * The speed of a drive may jump. This is the limit of a fast ramp, in which contacts that are closed stay closed while
  * their reactions press. Therefore such contacts have e = 0, and the rates of their gaps before the jump are zero. With
@@ -166,20 +167,23 @@ static double loss_of(const kt_simulation *simulation, double *size) {
     return lost;
 }
 
-/* Finds the impulses of the selected island, with Newton's restitutions halved until they do not raise the energy.
+/* Finds the impulses of the selected island, with restitutions halved until impulses exist that raise no energy.
  * Returns whether such impulses exist. *lost: the energy that the impulses dissipate. limits: as in begin_impact. */
 static bool find_impulses(kt_simulation *simulation, bool limits, double *lost) {
     struct kt_contacts *c = simulation->contacts;
     double size;
-    bool found = begin_impact(simulation, limits);
-    for (int halving = 0; found; halving++) {
+    bool found = begin_impact(simulation, limits), bounces = found;
+    for (int halving = 0; bounces; halving++) {
         found = solve_expansion(simulation);
         *lost = found ? loss_of(simulation, &size) : 0.0;
-        if (!found || c->strikes || !(*lost < -1e-12 * size) || halving > HALVINGS)
+        if (c->strikes || (found && !(*lost < -1e-12 * size)))
             break;
-        simulation->memory.contacts.reduced += halving == 0;
-        for (int i = 0; i < c->meeting; i++)
+        bounces = false;
+        for (int i = 0; i < c->meeting; i++) {
+            bounces = bounces || c->e[i] > 0.0;
             c->e[i] = halving < HALVINGS ? 0.5 * c->e[i] : 0.0;
+        }
+        simulation->memory.contacts.reduced += halving == 0 && bounces;
     }
     return found;
 }

@@ -10,10 +10,6 @@
 
 /* The cone solver ends at this residual. */
 static const double enough = 1e-7;
-/* Impulses above this multiple of the impulses that stop the free motion do not enlarge this residual. Otherwise a
- * sphere wedged between two walls, with any internal force, could enlarge the residual until all other rates count as
- * rounding. */
-static const double gain = 100.0;
 enum { HALVINGS = 10 };
 
 /* The rows of an item in the problem for the cone solver: all, or the normal row alone. */
@@ -78,8 +74,7 @@ static kt_cone_result solve_cones(kt_simulation *simulation, int count, bool nor
                                      .b = m->b,
                                      .mu = normal ? m->none : m->coefficient,
                                      .limit = m->limits,
-                                     .enough = enough,
-                                     .gain = gain};
+                                     .enough = enough};
     const kt_cone_result result = kt_cone_solve(m->cone, &problem, p);
     m->counts.newton += (uint64_t)result.newton;
     return result;

@@ -5,6 +5,7 @@
 #include "kinetree/simulation.h"
 
 #include <math.h>
+#include <stdio.h>
 
 #include "check.h"
 #include "motion/simulation/parsed.h"
@@ -186,4 +187,58 @@ KT_TEST(a_foot_slides_where_forces_of_others_relieve_it) {
     kt_check_equal_int("steps beyond cones", (long long)kt_simulation_contact_excess(simulation).steps, 0);
     kt_check_equal_int("jams", (long long)kt_simulation_contacts(simulation).jammed, 0);
     kt_check_above("slip of the foot", (double)kt_simulation_contacts(simulation).slips, 0.5);
+}
+
+/* A drive lowers a rod with the slope tan 0.05 to a floor. Within the cone, impulses do not turn the rod, so that no
+ * impulse separates it. The solver once returned 2e9 times the rates, and the rod bounced 10,000 times at
+ * one instant. */
+KT_TEST(no_impulse_stops_a_drive_within_its_cone) {
+    static const char scene[] =
+        "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+        "  - {name: lift, joint: {type: prismatic, axis: z, position: 1.05}, mass: 1, inertia: [1, 1, 1]}\n"
+        "  - {name: rod, parent: lift, joint: {type: revolute, axis: y, position: 0.05}, mass: 1,\n"
+        "     shape: {type: rod, to: [0, 0, -1]}, markers: {tip: [0, 0, -1]}}\n"
+        "loops: [{name: drive, type: motion, joint: lift, position: {polynomial: [1.05, -0.5]}}]\n"
+        "effects: [{name: floor, type: contact, point: rod.tip, plane: world, restitution: 0.5, friction: %s}]\n";
+    static const char *const friction[] = {"0.04", "0.2"};
+    for (int k = 0; k < 2; k++) {
+        char text[1024];
+        kt_parsed m;
+        kt_error error = {0};
+        const kt_simulation_options options = kt_simulation_options_default();
+        const kt_run run = kt_run_within(NULL, 1e-9, 0.11);
+        (void)snprintf(text, sizeof text, scene, friction[k]);
+        kt_parsed_make(&m, text);
+        kt_simulation *simulation = kt_test_simulation(m.model, &run, &options);
+        const kt_status status = kt_simulation_advance(simulation, 0.11, &error);
+        kt_check_equal_int("status", status, k == 0 ? KT_OK : KT_ERROR_CONSTRAINT);
+        if (k > 0)
+            kt_check_contains("error", error.message, "no impulses separate it");
+        kt_check_below("impacts", (double)kt_simulation_contacts(simulation).impacts, 10.0);
+    }
+}
+
+/* A sphere falls between walls within its cones of friction. No impulse lets it bounce from one and rest on the other.
+ * So both hold it, and restitutions are less there. */
+KT_TEST(walls_within_its_cones_hold_a_sphere) {
+    static const char scene[] =
+        "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+        "  - {name: s, joint: {type: free, position: {position: [0.02, 0, 0.64]}, velocity: {linear: [0, -0.2, -1.5],\n"
+        "     angular: [3, 5, 0.8]}}, mass: 8, inertia: [0.043, 0.043, 0.043], markers: {c: [0, 0, 0]}}\n"
+        "effects:\n"
+        "  - {name: left, type: contact, point: s.c, radius: 0.117, plane: world, axis: [0.952, 0, 0.306],\n"
+        "     restitution: 0.3, friction: 0.9}\n"
+        "  - {name: right, type: contact, point: s.c, radius: 0.117, plane: world, axis: [-0.867, 0, 0.498],\n"
+        "     restitution: 0.3, friction: 0.9}\n";
+    const kt_simulation_options options = kt_simulation_options_default();
+    const kt_run run = kt_run_within(NULL, 1e-9, 0.6);
+    kt_parsed m;
+    kt_parsed_make(&m, scene);
+    kt_simulation *simulation = kt_test_simulation(m.model, &run, &options);
+    kt_test_advance(simulation, 0.6);
+    double most = 0.0;
+    for (int i = 0; i < 3; i += 2) /* the sphere rolls along the walls */
+        most = larger(most, fabs(kt_simulation_velocities(simulation)[i]));
+    kt_check_near("speed between the walls, m/s", most, 0.0, 1e-9);
+    kt_check_above("impacts with less restitution", (double)kt_simulation_contacts(simulation).reduced, 0.5);
 }
