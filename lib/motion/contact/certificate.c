@@ -211,7 +211,7 @@ kt_status kt_contacts_compare_newton(const kt_simulation *simulation, double t, 
         for (size_t j = i; j < end; j++)
             for (int k = 0; k < kt_link_dofs(&link[j]); k++) {
                 const double residual = to_moment(model, &link[j], k) * fabs(left[link[j].v + k]);
-                if (!(residual <= balanced * most))
+                if (!(residual <= fmax(balanced * most, DBL_MIN)))
                     return reject_newton(simulation, t, link[j].body, residual, most, error);
             }
     }

@@ -20,10 +20,13 @@
 #include "kinetree/algebra.h"
 #include "model/switching.h"
 
+#include <float.h>
 #include <math.h>
 
 /* A law is violated beyond this part of the largest impulse or rate: ten times the residual of the cone solver. */
 static const double violated = 1e-6;
+/* This part of the terms of a rate counts as a rate: their rounding, kt_contact_rounding, is no violation. */
+static const double rounding = 1e-5;
 
 /* Writes the impulses of chosen item j, its rates at v+ and its limit in the weight s. This is 1 / sqrt of the largest
  * number on the diagonal of the item's block of W. Returns the largest of the impulses, and of the rates without
@@ -32,7 +35,7 @@ static double scale_item(const kt_simulation *simulation, int j) {
     const struct kt_contacts *c = simulation->contacts;
     const kt_moreau *m = simulation->moreau;
     const int i = m->chosen[j], rows = kt_moreau_rows(m, i), first = m->first[i];
-    double size = 0.0, most = 0.0;
+    double size = 0.0, most = 0.0, terms;
     for (int k = 0, r = first - c->selected->row; k < rows; k++, r++)
         most = fmax(most, kt_moreau_entry(c, r, r));
     const double s = most > 0.0 ? 1.0 / sqrt(most) : 1.0;
@@ -40,8 +43,9 @@ static double scale_item(const kt_simulation *simulation, int j) {
     for (int k = 0, r = first; k < rows; k++, r++) {
         const double least = k == 0 && m->limit[i] < 0.0 ? kt_moreau_bound(m, i) : 0.0;
         m->impulse[3 * j + k] = m->p[3 * i + k] / s;
-        m->b[3 * j + k] = (kt_contacts_rate(c, c->rows[r], c->components[r], m->after) - least) * s;
-        size = fmax(size, fmax(fabs(m->impulse[3 * j + k]), fabs(m->free[r] - least) * s));
+        const double rate = kt_contacts_residual(c, c->rows[r], c->components[r], m->after, c->rate, &terms);
+        m->b[3 * j + k] = (rate - least) * s;
+        size = fmax(size, fmax(fabs(m->impulse[3 * j + k]), fmax(fabs(m->free[r] - least), rounding * terms) * s));
     }
     return size;
 }
@@ -69,7 +73,7 @@ static kt_status check_island(const kt_simulation *simulation, kt_error *error) 
         const int i = m->chosen[j], loop = c->item[m->item[i]].loop;
         const double *p = m->impulse + 3 * j, *u = m->b + 3 * j;
         const double left = residual_of(p, u, kt_moreau_rows(m, i), m->mu[i], m->limits[j]);
-        if (!(left <= violated * size))
+        if (!(left <= fmax(violated * size, DBL_MIN))) /* subnormal numbers have lost their digits */
             return kt_error_set(
                 error, KT_ERROR_STEP, kt_where_at("contact", kt_loop_name(simulation->model, loop), m->t).text,
                 "its impulse of %.3g (N s or N m s) disobeys the law of its contact by %.2g of the largest impulse: no "

@@ -3,7 +3,6 @@
  * zero. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "contact/contact.h"
-#include "contact/moreau.h"
 #include "kinetree/simulation.h"
 #include "simulation/simulation.h"
 
@@ -191,80 +190,6 @@ KT_TEST(records_with_a_wrong_number_are_rejected) {
         kt_check_contains("time", error.where, "t = 0.01 s");
         kt_check_contains("message", error.message, wrong[i].message);
     }
-}
-
-/* A rod of 2 kg falls flat on a floor, slides and rests in time steps. A number of the last step is then replaced by a
- * wrong one, which the check of steps must find, with its place. */
-KT_TEST(steps_with_a_wrong_number_are_rejected) {
-    static const struct {
-        const char *what, *where, *message;
-        int impulse, velocity; /* index; -1: right */
-        double factor, more;
-    } wrong[] = {
-        {"normal impulse", "body 'rod'", "Newton's law", 0, -1, 1.0 + 1e-6, 0.0},
-        {"velocity", "body 'rod'", "Newton's law", -1, 4, 1.0, 1e-7},
-        {"impulse that pulls", "contact 'foot'", "disobeys", 0, -1, -1.0, 0.0},
-        {"friction beyond its cone", "contact 'foot'", "disobeys", 1, -1, 1.01, 0.0},
-        {"friction that does not resist", "contact 'foot'", "disobeys", 1, -1, 0.9, 0.0},
-        {"velocity into the floor", "contact 'foot'", "disobeys", -1, 2, 1.0, -1e-3},
-        {"velocity off the floor", "contact 'foot'", "disobeys", -1, 2, 1.0, 1e-3},
-    };
-    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
-        kt_parsed m;
-        kt_error error = {0};
-        kt_parsed_make(&m, "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
-                           "  - {name: rod, mass: 2, inertia: [0.1, 0.2, 0.2], markers: {tip: [0, 0, 0]},\n"
-                           "     joint: {type: free, velocity: {linear: [1, 0, 0], angular: [0, 0, 0]}}}\n"
-                           "effects:\n  - {name: foot, type: contact, point: rod.tip, radius: 0, plane: world, "
-                           "restitution: 0, friction: 0.5}\n");
-        kt_run run = kt_run_default();
-        kt_simulation_options options = kt_simulation_options_default();
-        run.integrator = NULL;
-        run.step = 1e-3;
-        run.duration = 100.0;
-        options.contact = KT_CONTACT_STEPS;
-        kt_simulation *simulation = kt_test_simulation(m.model, &run, &options);
-        kt_test_advance(simulation, 0.01);
-        kt_moreau *moreau = simulation->moreau;
-        kt_need_fine("law", kt_moreau_check(simulation, moreau->h, &error), &error);
-        if (wrong[i].impulse >= 0)
-            moreau->p[wrong[i].impulse] *= wrong[i].factor;
-        if (wrong[i].velocity >= 0)
-            moreau->after[wrong[i].velocity] += wrong[i].more;
-        kt_check_equal_int(wrong[i].what, kt_moreau_check(simulation, moreau->h, &error), KT_ERROR_STEP);
-        kt_check_contains("place", error.where, wrong[i].where);
-        kt_check_contains("time", error.where, "t = 0.0095 s");
-        kt_check_contains("message", error.message, wrong[i].message);
-    }
-}
-
-/* The foot of an arm with two joints rests on a floor, in time steps. The lower joint is then turned by 1e-4 rad, so
- * that the foot is 1.6e-5 m deep. The next step moves the arm out of the floor, which changes its mass matrix by 1e-5.
- */
-KT_TEST(steps_out_of_a_depth_obey_newtons_law) {
-    kt_parsed m;
-    kt_error error = {0};
-    kt_parsed_make(&m, "kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
-                       "  - {name: upper, mass: 2, inertia: [0.02, 0.02, 0.02], com: [0, 0, -0.25],\n"
-                       "     joint: {type: revolute, axis: y, at: [0, 0, 0.9], position: 0.6}}\n"
-                       "  - {name: lower, parent: upper, mass: 1, inertia: [0.01, 0.01, 0.01], com: [0, 0, -0.25],\n"
-                       "     markers: {tip: [0, 0, -0.5]},\n"
-                       "     joint: {type: revolute, axis: y, at: [0, 0, -0.5], position: -1}}\n"
-                       "effects:\n  - {name: foot, type: contact, point: lower.tip, radius: 0, plane: world, "
-                       "restitution: 0, friction: 0.3}\n");
-    kt_run run = kt_run_default();
-    kt_simulation_options options = kt_simulation_options_default();
-    run.integrator = NULL;
-    run.step = 1e-3;
-    run.duration = 100.0;
-    options.contact = KT_CONTACT_STEPS;
-    kt_simulation *simulation = kt_test_simulation(m.model, &run, &options);
-    kt_test_advance(simulation, 0.1);
-    const double *q = kt_simulation_positions(simulation), deep[] = {q[0], q[1] + 1e-4};
-    kt_need_fine("jump", kt_simulation_jump(simulation, deep, NULL, &error), &error);
-    kt_test_advance(simulation, 0.101);
-    kt_check_above("depth, m", simulation->moreau->counts.penetration, 1e-5);
-    kt_check_below("gap after, m", fabs(simulation->contacts->gap[0]), 1e-13);
 }
 
 /* A joint of little inertia under a pulse comes to rest at the same place if the pulse comes 1e4 s later, where a

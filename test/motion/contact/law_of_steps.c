@@ -1,0 +1,106 @@
+/* The laws that the check of each time step compares: wrong numbers disobey them, and rounding does not. */
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "contact/moreau.h"
+#include "kinetree/simulation.h"
+#include "simulation/simulation.h"
+
+#include <math.h>
+
+#include "check.h"
+#include "motion/simulation/parsed.h"
+
+/* A scene in time steps. */
+static kt_simulation *start_steps(const char *text, double step) {
+    kt_parsed m;
+    kt_run run = kt_run_default();
+    kt_simulation_options options = kt_simulation_options_default();
+    kt_parsed_make(&m, text);
+    run.integrator = NULL;
+    run.step = step;
+    run.duration = 100.0;
+    options.contact = KT_CONTACT_STEPS;
+    return kt_test_simulation(m.model, &run, &options);
+}
+
+/* A rod of 2 kg falls flat on a floor, slides and rests in time steps. A number of the last step is then replaced by a
+ * wrong one, which the check of steps must find, with its place. */
+KT_TEST(steps_with_a_wrong_number_are_rejected) {
+    static const struct {
+        const char *what, *where, *message;
+        int impulse, velocity; /* index; -1: right */
+        double factor, more;
+    } wrong[] = {
+        {"normal impulse", "body 'rod'", "Newton's law", 0, -1, 1.0 + 1e-6, 0.0},
+        {"velocity", "body 'rod'", "Newton's law", -1, 4, 1.0, 1e-7},
+        {"impulse that pulls", "contact 'foot'", "disobeys", 0, -1, -1.0, 0.0},
+        {"friction beyond its cone", "contact 'foot'", "disobeys", 1, -1, 1.01, 0.0},
+        {"friction that does not resist", "contact 'foot'", "disobeys", 1, -1, 0.9, 0.0},
+        {"velocity into the floor", "contact 'foot'", "disobeys", -1, 2, 1.0, -1e-3},
+        {"velocity off the floor", "contact 'foot'", "disobeys", -1, 2, 1.0, 1e-3},
+    };
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        kt_error error = {0};
+        kt_simulation *simulation =
+            start_steps("kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+                        "  - {name: rod, mass: 2, inertia: [0.1, 0.2, 0.2], markers: {tip: [0, 0, 0]},\n"
+                        "     joint: {type: free, velocity: {linear: [1, 0, 0], angular: [0, 0, 0]}}}\n"
+                        "effects:\n  - {name: foot, type: contact, point: rod.tip, radius: 0, plane: world, "
+                        "restitution: 0, friction: 0.5}\n",
+                        1e-3);
+        kt_test_advance(simulation, 0.01);
+        kt_moreau *moreau = simulation->moreau;
+        kt_need_fine("law", kt_moreau_check(simulation, moreau->h, &error), &error);
+        if (wrong[i].impulse >= 0)
+            moreau->p[wrong[i].impulse] *= wrong[i].factor;
+        if (wrong[i].velocity >= 0)
+            moreau->after[wrong[i].velocity] += wrong[i].more;
+        kt_check_equal_int(wrong[i].what, kt_moreau_check(simulation, moreau->h, &error), KT_ERROR_STEP);
+        kt_check_contains("place", error.where, wrong[i].where);
+        kt_check_contains("time", error.where, "t = 0.0095 s");
+        kt_check_contains("message", error.message, wrong[i].message);
+    }
+}
+
+/* The foot of an arm with two joints rests on a floor, in time steps. The lower joint is then turned by 1e-4 rad, so
+ * that the foot is 1.6e-5 m deep. The next step moves the arm out of the floor, which changes its mass matrix by 1e-5.
+ */
+KT_TEST(steps_out_of_a_depth_obey_newtons_law) {
+    kt_error error = {0};
+    kt_simulation *simulation =
+        start_steps("kinetree: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+                    "  - {name: upper, mass: 2, inertia: [0.02, 0.02, 0.02], com: [0, 0, -0.25],\n"
+                    "     joint: {type: revolute, axis: y, at: [0, 0, 0.9], position: 0.6}}\n"
+                    "  - {name: lower, parent: upper, mass: 1, inertia: [0.01, 0.01, 0.01], com: [0, 0, -0.25],\n"
+                    "     markers: {tip: [0, 0, -0.5]},\n"
+                    "     joint: {type: revolute, axis: y, at: [0, 0, -0.5], position: -1}}\n"
+                    "effects:\n  - {name: foot, type: contact, point: lower.tip, radius: 0, plane: world, "
+                    "restitution: 0, friction: 0.3}\n",
+                    1e-3);
+    kt_test_advance(simulation, 0.1);
+    const double *q = kt_simulation_positions(simulation), deep[] = {q[0], q[1] + 1e-4};
+    kt_need_fine("jump", kt_simulation_jump(simulation, deep, NULL, &error), &error);
+    kt_test_advance(simulation, 0.101);
+    kt_check_above("depth, m", simulation->moreau->counts.penetration, 1e-5);
+    kt_check_below("gap after, m", fabs(simulation->contacts->gap[0]), 1e-13);
+}
+
+/* Without gravity, impulses of a step may be rounding: of a joint at rest, whose rate falls to subnormal numbers, and
+ * of a sphere that rolls off its plane. Their errors are as large as they are, and disobey no law. */
+KT_TEST(impulses_of_rounding_obey_their_laws) {
+    static const char *const scene[] = {
+        "kinetree: 1\ngravity: [0, 0, 0]\nbodies:\n"
+        "  - {name: b, mass: 0.9, com: [0.2, 0, 0], inertia: [0.008, 0.0097, 0.012],\n"
+        "     joint: {type: revolute, axis: y, velocity: 0.0563}}\n"
+        "effects:\n  - {type: joint_friction, joint: b, coulomb: 6.9, stick: true}\n",
+        "kinetree: 1\ngravity: [0, 0, 0]\nbodies:\n"
+        "  - {name: s, mass: 4, inertia: [0.011, 0.011, 0.011], markers: {c: [0, 0, 0]}, joint: {type: free,\n"
+        "     position: {position: [-0.015, -0.0049, 0.52]},\n"
+        "     velocity: {linear: [0.41, 0.2, -1.2], angular: [-0.43, 1.1, -4.1]}}}\n"
+        "effects:\n  - {type: contact, point: s.c, radius: 0.082, plane: world, axis: [-0.67, 0, 0.74],\n"
+        "     restitution: 0, friction: 0.2}\n"};
+    for (int k = 0; k < 2; k++) {
+        kt_error error = {0};
+        kt_simulation *simulation = start_steps(scene[k], k == 0 ? 1e-3 : 4e-3);
+        (void)kt_fine("advance", kt_simulation_advance(simulation, 1.0, &error), &error);
+    }
+}
