@@ -149,10 +149,10 @@ static void copy_block(const kt_cone *cone, const kt_cone_blocks *blocks, int i,
 
 /* Copies n items of the problem (kt_cone_cascade) and the start p in scaled numbers: W_ij s_i s_j, b_i s_i and
  * x_i = p_i / s_i. The scale s_i makes the largest diagonal entry of the block W_ii equal to 1, so that masses and
- * units do not matter. */
+ * units do not matter. An item without a response has the scale of the item with the largest. */
 static void scale_problem(kt_cone *cone, const kt_cone_problem *problem, const int *member, int n, const double *p) {
     const int m = 3 * n;
-    double rate = 0.0;
+    double rate = 0.0, largest = 0.0;
     bool has_least = false;
     cone->n = n;
     cone->newton = 0;
@@ -165,7 +165,13 @@ static void scale_problem(kt_cone *cone, const kt_cone_problem *problem, const i
             copy_block(cone, problem->blocks, of, member[j], cone->W + 3 * i * m + 3 * j);
         for (int k = 0; k < 3; k++)
             most = fmax(most, cone->W[(3 * i + k) * m + 3 * i + k]);
-        const double scale = most > 0.0 ? 1.0 / sqrt(most) : 1.0;
+        cone->scale[i] = most;
+        largest = fmax(largest, most);
+    }
+    for (int i = 0; i < n; i++) {
+        const int of = member != NULL ? member[i] : i;
+        const double most = cone->scale[i] > 0.0 ? cone->scale[i] : largest,
+                     scale = most > 0.0 ? 1.0 / sqrt(most) : 1.0;
         cone->scale[i] = scale;
         cone->mu[i] = problem->mu[of];
         cone->least[i] = problem->least != NULL ? problem->least[of] / scale : 0.0;

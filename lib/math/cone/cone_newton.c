@@ -48,9 +48,12 @@ static void find_rates(const kt_cone *cone, const double *b, const double *x, do
     }
 }
 
-/* Computes f and the mode of an item without a cone: dry friction, or a contact without friction. */
+/* Computes f and the mode of an item without a cone: dry friction, or a contact without friction. Dry friction of a
+ * joint that a drive moves changes no rate, and is at its limit. */
 static void find_plain(kt_cone *cone, int i, const double *x, const double *u, double *f) {
-    const double z = x[3 * i] - u[3 * i], limit = cone->limit[i], least = cone->least[i];
+    const bool is_driven = cone->limit[i] >= 0.0 && cone->W[9 * i * cone->n + 3 * i] == 0.0 && u[3 * i] != 0.0;
+    const double z = is_driven ? copysign(HUGE_VAL, -u[3 * i]) : x[3 * i] - u[3 * i];
+    const double limit = cone->limit[i], least = cone->least[i];
     const double low = limit >= 0.0 ? -limit : least, high = limit >= 0.0 ? limit : (double)INFINITY;
     cone->mode[i] = z > low && z < high ? SMOOTH : HELD;
     cone->target[i] = z > low ? high : low;

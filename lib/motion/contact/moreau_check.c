@@ -47,7 +47,7 @@ static double scale_item(const kt_simulation *simulation, int j) {
         m->b[3 * j + k] = (rate - least) * s;
         size = fmax(size, fmax(fabs(m->impulse[3 * j + k]), fmax(fabs(m->free[r] - least), rounding * terms) * s));
     }
-    return size;
+    return most > 0.0 ? size : 0.0;
 }
 
 /* The residual of an item with the impulses p and the rates u, which is zero if its laws hold: Alart and Curnier's

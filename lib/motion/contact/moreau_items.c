@@ -186,7 +186,7 @@ static void add_dry_friction(kt_simulation *simulation, const double *v) {
     struct kt_contacts *c = simulation->contacts;
     kt_moreau *m = simulation->moreau;
     for (int k = c->sides; k < c->n; k++) {
-        if (kt_contact_rubs(c, k) || kt_contact_is_released(&c->item[k]))
+        if (kt_contact_rubs(c, k) || kt_contact_is_released(&c->item[k]) || m->item_of[k] == KT_MOREAU_HELD)
             continue;
         m->limit[add_moreau_item(simulation, k, v)] = 0.0; /* kt_moreau_take_free finds it */
     }
@@ -328,6 +328,38 @@ void kt_moreau_settle_gaps(kt_simulation *simulation, double h) {
             c->gap[k] = 0.0;
 }
 
+/* Responds to the items from `from` on. Excludes those whose gaps or joints other loops hold, so that impulses have no
+ * lever (kt_contacts_spare_held). Their rates in the middle are not zero, since v belongs to the beginning. If loops
+ * move, they may close a gap, or a joint slips. *again: some are excluded, and the others must be listed again. */
+static kt_status respond_to_items(kt_simulation *simulation, int from, bool *again, kt_error *error) {
+    struct kt_contacts *c = simulation->contacts;
+    kt_moreau *m = simulation->moreau;
+    double norm = 0.0;
+    kt_status status = m->count > from ? respond_to_rows(simulation, error) : KT_OK;
+    *again = false;
+    if (status != KT_OK || m->count == from || open_model(simulation)->n.group == 0)
+        return status;
+    status = kt_contacts_find_unit(simulation, simulation->model, m->y, &norm, error);
+    const double speed =
+        fmax(kt_largest_speed(c->all, kt_integrator_state(simulation->integrator) + simulation->size.nq),
+             kt_largest_speed(c->all, m->y + simulation->size.nq));
+    for (int i = from; status == KT_OK && i < m->count; i++) {
+        const int r = m->first[i];
+        (void)kt_contacts_select(c, c->item[m->item[i]].island);
+        const double own = kt_moreau_entry(c, r - c->selected->row, r - c->selected->row);
+        const double rest = kt_slip_rest * speed * c->item[m->item[i]].unit / c->all->length;
+        const bool closes = m->begin[r] < -rest || m->free[r] < -rest;
+        const bool slips = i < m->dry && (closes || m->begin[r] > rest || m->free[r] > rest);
+        if (slips || (c->all->driven && closes) || kt_contact_has_lever(c, m->item[i], own, norm))
+            continue;
+        m->item_of[m->item[i]] = KT_MOREAU_HELD;
+        *again = true;
+    }
+    if (*again)
+        drop_items(simulation, from);
+    return status;
+}
+
 kt_status kt_moreau_begin(kt_simulation *simulation, double t, const double *v, kt_error *error) {
     assert(isfinite(t));
     struct kt_contacts *c = simulation->contacts;
@@ -339,8 +371,12 @@ kt_status kt_moreau_begin(kt_simulation *simulation, double t, const double *v, 
     m->has_inverse = false;
     m->t = t;
     clear_items(simulation);
-    add_dry_friction(simulation, v);
-    return m->dry > 0 ? respond_to_rows(simulation, error) : KT_OK;
+    bool again = true;
+    while (status == KT_OK && again) {
+        add_dry_friction(simulation, v);
+        status = respond_to_items(simulation, 0, &again, error);
+    }
+    return status;
 }
 
 void kt_moreau_renew_laws(kt_simulation *simulation, double h) {
@@ -372,47 +408,16 @@ void kt_moreau_take_free(kt_simulation *simulation, double h) {
     kt_copy(m->after, free, simulation->size.nv * sizeof *free);
 }
 
-/* Excludes contacts, from item `from` on, whose gaps other loops hold, so that impulses have no lever
- * (kt_contacts_spare_held). Their rates in the middle are not zero, since v belongs to the beginning. If loops move,
- * they may close a gap. *any: whether any contact is spared. */
-static kt_status spare_held_items(kt_simulation *simulation, int from, bool *any, kt_error *error) {
-    struct kt_contacts *c = simulation->contacts;
-    kt_moreau *m = simulation->moreau;
-    double norm = 0.0;
-    const kt_status status = kt_contacts_find_unit(simulation, simulation->model, m->y, &norm, error);
-    const double speed =
-        fmax(kt_largest_speed(c->all, kt_integrator_state(simulation->integrator) + simulation->size.nq),
-             kt_largest_speed(c->all, m->y + simulation->size.nq));
-    *any = false;
-    for (int i = from; status == KT_OK && i < m->count; i++) {
-        const int r = m->first[i];
-        (void)kt_contacts_select(c, c->item[m->item[i]].island);
-        const double own = kt_moreau_entry(c, r - c->selected->row, r - c->selected->row);
-        const double rest = kt_slip_rest * speed * c->item[m->item[i]].unit / c->all->length;
-        const bool closes = m->begin[r] < -rest || m->free[r] < -rest;
-        if ((c->all->driven && closes) || kt_contact_has_lever(c, m->item[i], own, norm))
-            continue;
-        m->item_of[m->item[i]] = KT_MOREAU_HELD;
-        *any = true;
-    }
-    return status;
-}
-
-/* If some of the new items have no lever because loops hold their gaps (spares), the items are listed once more,
- * without these. */
+/* Items that remain after others are excluded are listed and excluded no more: the loop ends. */
 kt_status kt_moreau_add_closing(kt_simulation *simulation, double h, const double *v, bool *any, kt_error *error) {
     assert(h > 0.0);
     const bool begins = simulation->moreau->count == simulation->moreau->dry;
     const int from = simulation->moreau->count;
-    bool spares = false;
-    kt_status status = list_closing(simulation, h, v, begins, any, error);
-    if (status == KT_OK && *any)
-        status = respond_to_rows(simulation, error);
-    if (status == KT_OK && *any && open_model(simulation)->n.group > 0)
-        status = spare_held_items(simulation, from, &spares, error);
-    if (status != KT_OK || !spares)
-        return status;
-    drop_items(simulation, from);
-    status = list_closing(simulation, h, v, begins, any, error);
-    return status == KT_OK && *any ? respond_to_rows(simulation, error) : status;
+    kt_status status = KT_OK;
+    for (bool again = true; status == KT_OK && again;) {
+        status = list_closing(simulation, h, v, begins, any, error);
+        if (status == KT_OK)
+            status = respond_to_items(simulation, from, &again, error);
+    }
+    return status;
 }
