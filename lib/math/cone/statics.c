@@ -154,6 +154,8 @@ static void choose_unit(kt_statics *statics) {
     statics->unit = 0.0;
     for (int i = 0; i < statics->rows; i++)
         statics->unit = fmax(statics->unit, fabs(statics->p[i]));
+    for (int k = 0; k < statics->n; k++)
+        statics->unit = fmax(statics->unit, statics->item[k].least * statics->scale[statics->item[k].row]);
     for (int k = 0; k < statics->n && statics->unit > 0.0; k++) {
         kt_statics_item *item = &statics->item[k];
         const double by = statics->scale[item->row] / statics->unit;

@@ -17,7 +17,7 @@
  * The vector e is the axis of each cone, with the length 1 in the scaled norm. (x, t) always has interior points, so a
  * barrier method finds both maxima without a first phase, and A p = c holds to rounding in each of its points. The
  * margin is a continuous function of the load, and changes its sign where rest ends. Therefore events watch the margin.
- * All forces are measured in the largest force of p0. */
+ * All forces are measured in the largest force of p0, or in the largest least force: without a load, p0 is zero. */
 /* SPDX-License-Identifier: Apache-2.0 */
 #ifndef KT_CONE_STATICS_H
 #define KT_CONE_STATICS_H
@@ -62,7 +62,7 @@ typedef struct kt_statics_item {
 typedef struct kt_statics {
     int n, rows, columns; /* items; forces; equations */
     int rank, nullity;    /* dimensions of the range, and of Z */
-    double unit;          /* the largest force of p0, in the scaled norm */
+    double unit;          /* the largest force of p0, or least force, in the scaled norm */
     double margin;        /* the largest t, relative to `unit` */
     KT_ARENA_DECLARE(KT_STATICS_FIELDS)
 } kt_statics;

@@ -420,3 +420,19 @@ KT_TEST(an_item_that_no_force_moves_counts_with_the_weight_1) {
                        1e-15); /* the reserve is 0.33 of the force */
     }
 }
+
+/* Expansion behind an impact begins at rest: no load, and a least impulse. Zero impulse is below it, for any mass. */
+KT_TEST(least_forces_without_a_load_forbid_rest) {
+    static _Alignas(64) char memory[1 << 12];
+    static const double mass[] = {0x1p-40, 1.0, 0x1p40};
+    for (int k = 0; k < 3; k++) {
+        kt_statics *statics = kt_statics_init(3, 3, memory);
+        (void)kt_statics_add(statics, KT_STATICS_CONE, 0.5, 1e-3 * mass[k], 1.0 / mass[k]);
+        for (int i = 0; i < 9; i++)
+            statics->matrix[i] = i % 4 == 0 ? 1.0 / mass[k] : 0.0;
+        memset(statics->p, 0, 3 * sizeof *statics->p);
+        kt_check_true("begins", kt_statics_begin_square(statics, true));
+        kt_statics_find_margin(statics);
+        kt_check_near("margin, relative to the least impulse", statics->margin, -1.0, 1e-15);
+    }
+}
