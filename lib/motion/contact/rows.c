@@ -295,16 +295,16 @@ bool kt_contacts_share_any(const struct kt_contacts *c, const kt_model *model, c
     return any;
 }
 
-/* Writes the next row of the problem of statics: the multiplier of a loop's equation, and its row of J. sign: of the
- * force. */
-static void write_statics_row(const struct kt_contacts *c, const kt_group *group, const kt_loop_record *loop,
-                              int component, double sign, kt_statics *statics, int row) {
-    const double *J = c->jacobian + kt_loop_entry(group, loop, component);
+/* Writes the next row of the problem of statics: the multiplier of a loop's equation, and its row of J for coordinates
+ * in their units, so that lengths and angles compare. sign: of the force. */
+static void write_statics_row(const struct kt_contacts *c, const kt_model *model, const kt_group *group,
+                              const kt_loop_record *loop, int component, double sign, kt_statics *statics, int row) {
+    const double *J = c->jacobian + kt_loop_entry(group, loop, component), *unit = model->unit + group->v;
     statics->equation[row] = loop->equation + component;
     statics->sign[row] = sign;
     statics->p[row] = sign * c->row[loop->equation + component];
     for (int j = 0; j < group->v_count; j++)
-        statics->matrix[row * statics->columns + j] = sign * J[j];
+        statics->matrix[row * statics->columns + j] = sign * J[j] * unit[j];
 }
 
 /* Whether the contact's friction sticks. */
@@ -340,9 +340,9 @@ static void add_statics_items(const struct kt_contacts *c, const kt_model *model
                                 : KT_STATICS_NORMAL,
                        is_dry ? kt_contact_limit(model, contact) : mu, memory[k].opens_at, memory[k].metric)
             ->of = of;
-        write_statics_row(c, group, &model->loop[contact->loop], 0, contact->sign, statics, row);
+        write_statics_row(c, model, group, &model->loop[contact->loop], 0, contact->sign, statics, row);
         for (int i = 0; sticks && i < 2; i++)
-            write_statics_row(c, group, &model->loop[c->item[of].loop], i, 1.0, statics, row + 1 + i);
+            write_statics_row(c, model, group, &model->loop[c->item[of].loop], i, 1.0, statics, row + 1 + i);
     }
 }
 
@@ -364,7 +364,7 @@ static void add_statics_loops(const struct kt_contacts *c, const kt_model *model
         for (int r = 0; is_loop_at_rest(loop) && r < loop->row_count; r++) {
             const int row = statics->rows;
             (void)kt_statics_add(statics, KT_STATICS_FREE, 0.0, 0.0, weight * least);
-            write_statics_row(c, group, loop, r, 1.0, statics, row);
+            write_statics_row(c, model, group, loop, r, 1.0, statics, row);
         }
     }
 }

@@ -6,10 +6,12 @@
 #include "kinetree/simulation.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "check.h"
 #include "fixture.h"
+#include "motion/simulation/parsed.h"
 
 static const double lengths[] = {1.0, 0x1p-20, 0x1p20};
 enum { LENGTHS = sizeof lengths / sizeof *lengths };
@@ -135,5 +137,47 @@ KT_TEST(a_switch_closes_the_same_gaps_in_all_units) {
     for (int k = 0; k < LENGTHS; k++) {
         kt_check_equal_int("a small gap", status_of_switch(lengths[k], 1e-7 * lengths[k]), KT_OK);
         kt_check_equal_int("a large one", status_of_switch(lengths[k], 1e-5 * lengths[k]), KT_ERROR_CONSTRAINT);
+    }
+}
+
+/* A plate of the size `length` stands on three feet, and a bar holds it. Ten forces act on its six coordinates. Those
+ * with the largest margin are chosen. The moments of short levers must not be lost beside the forces. */
+KT_TEST(feet_share_the_same_load_in_all_units) {
+    double normal[LENGTHS][3];
+    for (int k = 0; k < LENGTHS; k++) {
+        const double L = lengths[k], foot[3][2] = {{0.3, 0.2}, {-0.2, 0.25}, {-0.25, -0.3}};
+        char text[2048];
+        int at = snprintf(text, sizeof text,
+                          "kinetree: 1\ngravity: [%.17g, %.17g, %.17g]\nbodies:\n  - {name: plate, mass: 2, inertia: "
+                          "[%.17g, %.17g, %.17g],\n     joint: {type: free, position: {position: [0, 0, %.17g]}},\n"
+                          "     markers: {end: [%.17g, 0, 0]",
+                          L, 0.3 * L, -9.81 * L, 0.02 * L * L, 0.03 * L * L, 0.04 * L * L, 0.1 * L, 0.1 * L);
+        for (int i = 0; i < 3; i++)
+            at += snprintf(text + at, sizeof text - (size_t)at, ", foot%d: [%.17g, %.17g, %.17g]", i, foot[i][0] * L,
+                           foot[i][1] * L, -0.1 * L);
+        at += snprintf(
+            text + at, sizeof text - (size_t)at,
+            "}}\nloops: [{name: bar, type: distance, between: [{body: world, at: [%.17g, 0, %.17g]}, plate.end]}]\n"
+            "effects:\n",
+            0.2 * L, 0.7 * L);
+        for (int i = 0; i < 3; i++)
+            at += snprintf(
+                text + at, sizeof text - (size_t)at,
+                "  - {name: c%d, type: contact, point: plate.foot%d, radius: 0, plane: world, restitution: 0,\n"
+                "     friction: 0.5, rest_velocity: %.17g}\n",
+                i, i, 1e-6 * L);
+        kt_parsed m;
+        kt_error error = {0};
+        const kt_run run = kt_run_within(NULL, 1e-9, 0.01);
+        kt_record record = {0};
+        kt_simulation_options options = kt_simulation_options_default();
+        options.record = KT_RECORD_REACTION;
+        kt_parsed_make(&m, text);
+        kt_simulation *simulation = kt_test_simulation(m.model, &run, &options);
+        kt_need_fine("record", kt_simulation_sense(simulation, &record, &error), &error);
+        for (int i = 0; i < 3; i++) {
+            normal[k][i] = record.loop_reactions[1 + 2 * i].force.z / L;
+            kt_check_near("normal force over the length, N/m", normal[k][i], normal[0][i], 1e-12);
+        }
     }
 }
