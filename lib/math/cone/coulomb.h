@@ -287,9 +287,10 @@ void kt_coulomb_restore(kt_coulomb *c, const kt_coulomb_solver *solver, kt_coulo
  * blocks there are. */
 int kt_coulomb_list_blocks(const kt_coulomb *c, int *place, int *end);
 /* Solves the problem, one block after the other, and returns false if no solution is found. Friction that may not
- * stick has its largest force, or there is no solution: forces of rest under the name of slip would be others in the
- * next step. The flag `independent` requires independent normal rows of active contacts. The solution has the
- * least impulses; its count is 2 if another motion was found, too. Adds the steps of Newton's method to *steps. */
+ * stick has its largest force in every solution. A smaller force would be a force of rest, and the next step, in which
+ * the item slips, would have another. The flag `independent` requires independent normal rows of active contacts. The
+ * solution has the least impulses; its count is 2 if another motion was found, too. Adds the steps of Newton's method
+ * to *steps. */
 bool kt_coulomb_solve(kt_coulomb *c, kt_coulomb_solver *solver, bool independent, kt_coulomb_solution *solution,
                       uint64_t *steps);
 /* Solves the problem of one block likewise (coulomb.c). */

@@ -138,8 +138,8 @@ void kt_accuracy_mark_front(kt_accuracy *study) {
     }
 }
 
-/* From the tightest setting on, as long as the goal is reached. Of equal costs, which coarse clocks of other engines
- * have, the loosest setting counts. */
+/* From the tightest setting on, as long as the goal is reached. Coarse clocks of other engines may measure equal costs.
+ * The loosest of these settings is then the best. */
 int kt_accuracy_best_of(const kt_accuracy *study, const kt_accuracy_point *points, int count, double goal) {
     int best = -1;
     if (!study || !points)
