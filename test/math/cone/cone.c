@@ -3,6 +3,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "enumeration.h"
 #include "impacts.h"
+#include "room.h"
 
 #include <float.h>
 #include <math.h>
@@ -221,36 +222,33 @@ enum { ITEMS = 5 };
 
 /* A problem of a few items, its solver, and solutions: of the solver, of enumeration, and two for its scratch. */
 typedef struct room {
+    coulomb_room of;
     kt_coulomb *c;
     kt_coulomb_solver *solver;
     kt_coulomb_solution *mine, *all, *scratch[2];
-    void *memory[7];
+    void *memory[3];
 } room;
-
-static void *take_memory(room *r, int k, size_t size) {
-    r->memory[k] = aligned_alloc(KT_ARENA_ALIGNMENT, size);
-    if (r->memory[k] != NULL)
-        memset(r->memory[k], 0xa5, size);
-    return r->memory[k];
-}
 
 static room room_make(void) {
     enum { ALL = 3 * ITEMS };
-    const size_t size = kt_coulomb_solution_size(ITEMS, ALL);
-    room r;
-    void *matrices = take_memory(&r, 6, kt_coulomb_matrices_size(ALL, ITEMS));
-    r.c = kt_coulomb_init(ITEMS, ALL, ITEMS, take_memory(&r, 0, kt_coulomb_size(ITEMS, ALL)), matrices);
-    r.solver = kt_coulomb_solver_init(ITEMS, ALL, ITEMS, take_memory(&r, 1, kt_coulomb_solver_size(ITEMS, ALL, ITEMS)),
-                                      matrices);
-    r.mine = kt_coulomb_solution_init(ITEMS, ALL, take_memory(&r, 2, size));
-    r.all = kt_coulomb_solution_init(ITEMS, ALL, take_memory(&r, 3, size));
-    for (int k = 0; k < 2; k++)
-        r.scratch[k] = kt_coulomb_solution_init(ITEMS, ALL, take_memory(&r, 4 + k, size));
+    kt_coulomb_solution *more[3];
+    room r = {.of = make_room(ITEMS, ALL)};
+    for (int k = 0; k < 3; k++) {
+        r.memory[k] = make_garbage(kt_coulomb_solution_size(ITEMS, ALL));
+        more[k] = kt_coulomb_solution_init(ITEMS, ALL, r.memory[k]);
+    }
+    r.c = r.of.c;
+    r.solver = r.of.solver;
+    r.mine = r.of.solution;
+    r.all = more[0];
+    r.scratch[0] = more[1];
+    r.scratch[1] = more[2];
     return r;
 }
 
 static void room_free(room *r) {
-    for (size_t k = 0; k < sizeof r->memory / sizeof *r->memory; k++)
+    free_room(&r->of);
+    for (int k = 0; k < 3; k++)
         free(r->memory[k]);
 }
 

@@ -1,13 +1,10 @@
 /* Stacks of boxes that slip on each other. Each box shares its load among four corners in many ways, and friction
  * follows the load, so that one corner of each box opens. */
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "cone/coulomb.h"
+#include "room.h"
 
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
-#include "check.h"
 #include "random.h"
 
 enum { MOST_BOXES = 4, CORNERS = 4, ITEMS = MOST_BOXES * CORNERS, LINES = 3 * ITEMS };
@@ -96,29 +93,20 @@ static double violation_of_stack(const kt_coulomb *c, const kt_coulomb_solution 
 KT_TEST(boxes_of_a_stack_that_slip_open_one_corner_each) {
     static stack s;
     kt_random random = kt_random_of_test();
-    void *matrices = aligned_alloc(KT_ARENA_ALIGNMENT, kt_coulomb_matrices_size(LINES, ITEMS));
-    void *memory[3] = {aligned_alloc(KT_ARENA_ALIGNMENT, kt_coulomb_size(ITEMS, LINES)),
-                       aligned_alloc(KT_ARENA_ALIGNMENT, kt_coulomb_solver_size(ITEMS, LINES, ITEMS)),
-                       aligned_alloc(KT_ARENA_ALIGNMENT, kt_coulomb_solution_size(ITEMS, LINES))};
-    kt_need(matrices != NULL && memory[0] != NULL && memory[1] != NULL && memory[2] != NULL);
-    kt_coulomb *c = kt_coulomb_init(ITEMS, LINES, ITEMS, memory[0], matrices);
-    kt_coulomb_solver *solver = kt_coulomb_solver_init(ITEMS, LINES, ITEMS, memory[1], matrices);
-    kt_coulomb_solution *to = kt_coulomb_solution_init(ITEMS, LINES, memory[2]);
+    coulomb_room room = make_room(ITEMS, LINES);
     int unsolved = 0;
     double worst = 0.0;
     for (int i = 0; i < 1000; i++) {
         uint64_t steps = 0;
-        draw_stack(&random, &s, c);
-        if (!kt_coulomb_solve(c, solver, true, to, &steps)) {
+        draw_stack(&random, &s, room.c);
+        if (!kt_coulomb_solve(room.c, room.solver, true, room.solution, &steps)) {
             unsolved++;
             continue;
         }
-        const double violation = violation_of_stack(c, to);
+        const double violation = violation_of_stack(room.c, room.solution);
         worst = isnan(violation) ? HUGE_VAL : fmax(worst, violation);
     }
     kt_check_below("stacks without a solution", unsolved, 0.5);
     kt_check_below("violation of the law", worst, 1e-9);
-    free(matrices);
-    for (int k = 0; k < 3; k++)
-        free(memory[k]);
+    free_room(&room);
 }

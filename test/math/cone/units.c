@@ -3,45 +3,18 @@
  * item i are multiplied by d, W and b of these rows grow by d, and the item's forces by 1 / d. With powers of two,
  * modes and all bits are the same. */
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "cone/coulomb.h"
 #include "enumeration.h"
+#include "room.h"
 
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include "check.h"
 
 enum { ITEMS = 4, ROWS = 3 * ITEMS, DOFS = 9 };
 
 typedef struct scaled {
-    kt_coulomb *c;
-    kt_coulomb_solver *solver;
-    kt_coulomb_solution *solution;
+    coulomb_room room;
     double W[ROWS * ROWS], unit[ROWS];
-    void *memory[4];
     bool found;
 } scaled;
-
-static void *take_memory(scaled *s, int k, size_t size) {
-    s->memory[k] = aligned_alloc(KT_ARENA_ALIGNMENT, size);
-    if (s->memory[k] != NULL)
-        memset(s->memory[k], 0xa5, size);
-    return s->memory[k];
-}
-
-static void make_room(scaled *s) {
-    void *matrices = take_memory(s, 0, kt_coulomb_matrices_size(ROWS, ITEMS));
-    s->c = kt_coulomb_init(ITEMS, ROWS, ITEMS, take_memory(s, 1, kt_coulomb_size(ITEMS, ROWS)), matrices);
-    s->solver = kt_coulomb_solver_init(ITEMS, ROWS, ITEMS,
-                                       take_memory(s, 2, kt_coulomb_solver_size(ITEMS, ROWS, ITEMS)), matrices);
-    s->solution = kt_coulomb_solution_init(ITEMS, ROWS, take_memory(s, 3, kt_coulomb_solution_size(ITEMS, ROWS)));
-}
-
-static void free_room(scaled *s) {
-    for (size_t k = 0; k < sizeof s->memory / sizeof *s->memory; k++)
-        free(s->memory[k]);
-}
 
 typedef struct drawn {
     int n, dofs;
@@ -66,7 +39,7 @@ static void draw_items(kt_random *random, drawn *d) {
 
 /* Poses and solves a problem whose item i is measured in 1 / unit[i]. */
 static void solve_in_units(const drawn *d, const double *unit, scaled *s) {
-    kt_coulomb *c = s->c;
+    kt_coulomb *c = s->room.c;
     uint64_t steps = 0;
     c->n = c->rows = 0;
     for (int i = 0; i < d->n; i++) {
@@ -95,7 +68,7 @@ static void solve_in_units(const drawn *d, const double *unit, scaled *s) {
         }
     }
     enumeration_set_sizes(c);
-    s->found = kt_coulomb_solve(c, s->solver, true, s->solution, &steps);
+    s->found = kt_coulomb_solve(c, s->room.solver, true, s->room.solution, &steps);
 }
 
 /* The largest difference of two solutions, of forces and rates relative to the largest ones; infinite if modes
@@ -104,15 +77,15 @@ static double apart(const scaled *a, const scaled *b) {
     double most = 0.0, force = 1e-300, rate = 1e-300;
     if (a->found != b->found)
         return HUGE_VAL;
-    for (int i = 0; i < a->c->n; i++)
-        most = a->solution->mode[i] == b->solution->mode[i] ? most : HUGE_VAL;
-    for (int j = 0; j < a->c->rows; j++) {
-        force = fmax(force, fabs(a->solution->p[j]));
-        rate = fmax(rate, fabs(a->c->b[j]));
+    for (int i = 0; i < a->room.c->n; i++)
+        most = a->room.solution->mode[i] == b->room.solution->mode[i] ? most : HUGE_VAL;
+    for (int j = 0; j < a->room.c->rows; j++) {
+        force = fmax(force, fabs(a->room.solution->p[j]));
+        rate = fmax(rate, fabs(a->room.c->b[j]));
     }
-    for (int j = 0; j < a->c->rows; j++) {
-        most = fmax(most, fabs(a->solution->p[j] - b->solution->p[j] * b->unit[j]) / force);
-        most = fmax(most, fabs(a->solution->u[j] - b->solution->u[j] / b->unit[j]) / rate);
+    for (int j = 0; j < a->room.c->rows; j++) {
+        most = fmax(most, fabs(a->room.solution->p[j] - b->room.solution->p[j] * b->unit[j]) / force);
+        most = fmax(most, fabs(a->room.solution->u[j] - b->room.solution->u[j] / b->unit[j]) / rate);
     }
     return most;
 }
@@ -121,10 +94,8 @@ KT_TEST(items_in_other_units_have_the_same_solution) {
     static const double natural[ITEMS] = {1.0, 1.0, 1.0, 1.0};
     kt_random random = kt_random_of_test();
     KT_WORST worst = kt_worst_make("difference");
-    scaled a, b;
+    scaled a = {.room = make_room(ITEMS, ROWS)}, b = {.room = make_room(ITEMS, ROWS)};
     int found = 0;
-    make_room(&a);
-    make_room(&b);
     for (int k = 0; k < 1000; k++) {
         drawn d;
         double unit[ITEMS];
@@ -137,22 +108,21 @@ KT_TEST(items_in_other_units_have_the_same_solution) {
         kt_worst_below(&worst, a.found || b.found ? apart(&a, &b) : 0.0, 1e-9, "problem %d", k);
     }
     kt_check_above("solved", found, 900.0);
-    free_room(&a);
-    free_room(&b);
+    free_room(&a.room);
+    free_room(&b.room);
 }
 
 /* A contact moves by its three rows, dry friction by one. Forces of both are compared by these weights. */
 KT_TEST(the_weight_of_an_item_is_the_mean_of_its_rows) {
     static const double natural[ITEMS] = {1.0, 1.0, 1.0, 1.0};
     drawn d = {.n = 2, .dofs = 4, .type = {KT_COULOMB_CONE, KT_COULOMB_DRY}, .friction = {0.5, 0.5}};
-    scaled a;
-    make_room(&a);
+    scaled a = {.room = make_room(ITEMS, ROWS)};
     for (int k = 0; k < 4; k++)
         d.J[k][k] = 1.0 + k;
     solve_in_units(&d, natural, &a);
-    kt_check_near("contact, 1/kg", kt_coulomb_weight(a.c, 0), (1.0 + 4.0 + 9.0) / 3.0, 1e-15);
-    kt_check_near("dry friction, 1/(kg m^2)", kt_coulomb_weight(a.c, 1), 16.0, 0.0);
-    free_room(&a);
+    kt_check_near("contact, 1/kg", kt_coulomb_weight(a.room.c, 0), (1.0 + 4.0 + 9.0) / 3.0, 1e-15);
+    kt_check_near("dry friction, 1/(kg m^2)", kt_coulomb_weight(a.room.c, 1), 16.0, 0.0);
+    free_room(&a.room);
 }
 
 /* Two feet of a body that slides or turns share the force along the line between them in many ways. Their shares are in
@@ -164,21 +134,20 @@ KT_TEST(feet_that_share_friction_reach_their_limits_together) {
                .type = {KT_COULOMB_CONE, KT_COULOMB_CONE},
                .friction = {mu[0], mu[1]},
                .v = {2.0, 0.5, -10.0, -4.0}};
-    scaled a;
-    make_room(&a);
+    scaled a = {.room = make_room(ITEMS, ROWS)};
     for (int i = 0; i < 2; i++) { /* moves along x, y and z, and tips */
         d.J[3 * i][2] = d.J[3 * i + 1][0] = d.J[3 * i + 2][1] = 1.0;
         d.J[3 * i][3] = i == 0 ? 1.0 : -1.0;
     }
     solve_in_units(&d, natural, &a);
-    a.solution->mode[0] = a.solution->mode[1] = KT_COULOMB_STICK;
-    kt_coulomb_linear(a.c, a.solution);
+    a.room.solution->mode[0] = a.room.solution->mode[1] = KT_COULOMB_STICK;
+    kt_coulomb_linear(a.room.c, a.room.solution);
     const double limit[] = {7.0 * mu[0], 3.0 * mu[1]};
     for (int i = 0; i < 2; i++) {
-        const double part = limit[i] / (limit[0] + limit[1]), *p = a.solution->p + 3 * i;
+        const double part = limit[i] / (limit[0] + limit[1]), *p = a.room.solution->p + 3 * i;
         kt_check_near("normal force, N", p[0], i == 0 ? 7.0 : 3.0, 1e-14);
         kt_check_near("along the line, N", p[1], -2.0 * part, 1e-14);
         kt_check_near("across the line, N", p[2], -0.5 * part, 1e-14);
     }
-    free_room(&a);
+    free_room(&a.room);
 }
