@@ -84,9 +84,10 @@ claim("scene_without_effects_runs_nothing_of_them", files(bare, "/lib/model/effe
 problems = []
 one = {name: counted(scene(effects=[name])) for name in EFFECTS}
 for name, c in one.items():
-    ran = [file for file in files(c, "/lib/model/effect/") if file not in (f"{name}.c", "kind.c", "curves.c", "effect.h", "triple.h")]
+    own = "effect_contact.c" if name == "contact" else f"{name}.c"  # file names are unique in lib
+    ran = [file for file in files(c, "/lib/model/effect/") if file not in (own, "kind.c", "curves.c", "effect.h", "triple.h")]
     problems += [f"{name} runs {', '.join(ran)}"] if ran else []
-    problems += [f"{name} runs nothing of its own"] if f"{name}.c" not in files(c, "/lib/model/effect/") else []
+    problems += [f"{name} runs nothing of its own"] if own not in files(c, "/lib/model/effect/") else []
 claim("scene_runs_the_effect_types_that_it_names_and_no_others", problems)
 
 on_joints = [name for name in EFFECTS if name.startswith("joint_") or name in ("motor", "servo")]
@@ -98,7 +99,8 @@ claim("each_scene_pays_for_its_own_effect_alone",
 pulls = counted(scene(gravity="[0, 0, -9.81]"))
 claim("gravity_costs_nothing", [] if pulls.instructions == bare.instructions else [f"{pulls.instructions - bare.instructions} instructions"])
 
-# 40 of them are tests and copies of the result; 11 check the arguments of the public call, of which steps have none.
+# 47 with gcc 12.2: 41 check the arguments of the public call and write the state, and six check the stack (8c973a238). Steps
+# have seven of them.
 problems = []
 for arms in (3, 30):
     text = scene(arms)

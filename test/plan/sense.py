@@ -20,13 +20,14 @@ EVALUATIONS = ("kt_forward", "kt_planar_forward", "kt_closed_forward", "kt_spati
 # tenth more than the larger of what was measured of the code of gcc 12.2 and of gcc 14.2 (humanoid, rk4: 5.2 and 15.0 % by
 # the first, 4.4 and 13.1 % by the second). Some 60 instructions a link of it, 0.7 % of that step, copy the links' motion to
 # where later calls of dynamics leave it alone. Reactions in planar loops take an evaluation in space.
+# Those of the four-bar lie in its plane, so that the self-stresses out of the plane are not computed (they took 55 %).
 CASES = [
     ("arm7", "rk4", "tree in space", 0.062, 0.23),
     ("humanoid", "rk4", "tree in space", 0.057, 0.165),
     ("humanoid", "dopri5", "tree in space", 0.037, 0.108),
     ("cart-pole", "rk4", "tree in a plane", 0.164, 0.36),
     ("stewart", "rk4", "loops in space", 0.009, 0.0445),
-    ("four-bar", "rk4", "loop in a plane", 0.113, 0.97),
+    ("four-bar", "rk4", "loop in a plane", 0.113, 0.91),
 ]
 
 

@@ -6,8 +6,8 @@
 #include <assert.h>
 
 /* Adds a wrench at `arm` from a link's origin to the body's, about the body frame's origin. */
-static void add_to_body(const kt_model *model, const kt_data *data, int32_t body, kt_v4 moment, kt_v4 force, kt_v4 arm,
-                        kt_wrench *bodies) {
+KT_INLINE void add_to_body(const kt_model *model, const kt_data *data, int32_t body, kt_v4 moment, kt_v4 force,
+                           kt_v4 arm, kt_wrench *bodies) {
     const kt_body_record *b = &model->body[body];
     const kt_v4 origin = kt_v4_apply(data->motion[b->link].axes, kt_v4_from(b->in_link.position));
     const kt_v4 about = moment + kt_v4_cross(arm - origin, force);

@@ -130,15 +130,19 @@ static void write_basis(const kt_stress *s, int rank, int d) {
     }
 }
 
-/* The sum of the wrenches of a loop's equations in column c of N, about the second end's point. */
-static void sum_wrench(const kt_stress *s, const kt_loop_record *loop, size_t first, int c, kt_v4 *moment,
-                       kt_v4 *force) {
-    *moment = *force = kt_v4_splat(0.0);
+KT_INLINE kt_v4 vector_at(const double *x) { return (kt_v4){x[0], x[1], x[2], 0.0}; }
+
+/* The sum of the wrenches of a loop's equations in column c of N, about the second end's point: moment, force (6). */
+static void sum_wrench(const kt_stress *s, const kt_loop_record *loop, size_t first, int c, double *sum) {
+    kt_v4 moment = kt_v4_splat(0.0), force = moment;
     for (size_t r = first; r < first + (size_t)loop->row_count; r++) {
-        const double *u = s->unit + 6 * r;
         const kt_v4 n = kt_v4_splat(s->basis[(size_t)c * s->k + r]);
-        *moment += n * (kt_v4){u[0], u[1], u[2], 0.0};
-        *force += n * (kt_v4){u[3], u[4], u[5], 0.0};
+        moment += n * vector_at(s->unit + 6 * r);
+        force += n * vector_at(s->unit + 6 * r + 3);
+    }
+    for (int i = 0; i < 3; i++) {
+        sum[i] = moment[i];
+        sum[i + 3] = force[i];
     }
 }
 
@@ -165,12 +169,13 @@ static kt_v4 arm_of_parent(const kt_model *model, const kt_data *data, int32_t b
     return *up - at;
 }
 
-/* Adds the wrenches of a loop between frames to the rows of the joints on its paths, and to its own. */
+/* Adds the wrenches of a loop between frames to the rows of the joints on its paths, and to its own. `factor` has room
+ * for the sums until W is factored. */
 static void load_paths(const stress_work *w, const kt_loop_record *loop, size_t first, size_t row, int d) {
     const kt_stress *s = &w->s;
     kt_stress_path path = {{loop->body[0], loop->body[1]}};
     kt_loop_end end[2];
-    kt_v4 arm[2], moment, force;
+    kt_v4 arm[2];
     for (int k = 0; k < 2; k++) {
         const kt_body_record *b = &w->model->body[loop->body[k]];
         kt_end_follow(w->model, w->data, loop, k, false, NULL, &end[k]);
@@ -180,15 +185,16 @@ static void load_paths(const stress_work *w, const kt_loop_record *loop, size_t 
     const kt_v4 apart = end[1].point - end[0].point;
     arm[0] += apart;
     for (int c = 0; c < d; c++) {
-        sum_wrench(s, loop, first, c, &moment, &force);
-        add_to_row(s, row, c, moment + kt_v4_cross(apart, force), force);
+        double *sum = s->factor + 6 * c;
+        sum_wrench(s, loop, first, c, sum);
+        add_to_row(s, row, c, vector_at(sum) + kt_v4_cross(apart, vector_at(sum + 3)), vector_at(sum + 3));
     }
     int k;
     for (int32_t body; (body = kt_stress_path_next(w->model, &path, &k)) >= 0;) {
         const kt_v4 joint = arm_of_parent(w->model, w->data, body, arm[k], &arm[k]);
         const kt_v4 sign = kt_v4_splat(k ? -1.0 : 1.0);
         for (int c = 0; c < d; c++) {
-            sum_wrench(s, loop, first, c, &moment, &force);
+            const kt_v4 moment = vector_at(s->factor + 6 * c), force = vector_at(s->factor + 6 * c + 3);
             add_to_row(s, KT_STRESS_JOINT * (size_t)w->data->stress_joint[body], c,
                        sign * (moment + kt_v4_cross(joint, force)), sign * force);
         }
@@ -218,9 +224,8 @@ static void load_relation(const stress_work *w, const kt_loop_record *loop, size
     }
 }
 
-/* Finds a basis of the self-stresses of a group: multipliers that cause no joint force, and the wrenches that they
- * cause in the joints and loops. */
-static void find_stress(const kt_model *model, kt_data *data, size_t g, double t, const double *q) {
+void KT_KERNEL(kt_stress_find)(const kt_model *model, kt_data *data, size_t g, double t, const double *q) {
+    assert(kt_data_serve(model, data) && model->group[g].redundancy == KT_REDUNDANCY_SHARED);
     const stress_work w = {model, data, &model->group[g], t, q, kt_stress_of(model, data, g)};
     const int all = (int)(w.s.k < w.s.m ? w.s.k : w.s.m), structural = (int)(w.s.k - w.s.redundant);
     fill_stress(&w);
@@ -241,11 +246,4 @@ static void find_stress(const kt_model *model, kt_data *data, size_t g, double t
         row += KT_STRESS_LOOP;
     }
     data->stress_count[g] = kept;
-}
-
-void KT_KERNEL(kt_stress_find)(const kt_model *model, kt_data *data, double t, const double *q) {
-    assert(kt_data_serve(model, data));
-    for (size_t g = 0; g < model->n.group; g++)
-        if (model->group[g].redundancy == KT_REDUNDANCY_SHARED)
-            find_stress(model, data, g, t, q);
 }

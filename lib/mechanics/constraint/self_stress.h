@@ -63,10 +63,10 @@ static inline int32_t kt_stress_path_next(const kt_model *model, kt_stress_path 
 /* Numbers the joints on the paths of a group's loops, from 0, in `joint`, by bodies; returns their number. */
 int32_t kt_stress_number_joints(const kt_model *model, size_t g, int32_t *joint);
 
-/* Computes N and W of each group from the poses of the links. The number of self-stresses goes to data->stress_count.
+/* Computes N and W of a group from the poses of the links. The number of self-stresses goes to data->stress_count.
  * Garbage is allowed in all arrays before. */
 #define KT_STRESS_DECLARE(isa)                                                                                         \
-    void kt_stress_find_##isa(const kt_model *model, kt_data *data, double t, const double *q);
+    void kt_stress_find_##isa(const kt_model *model, kt_data *data, size_t g, double t, const double *q);
 KT_EACH_ISA(KT_STRESS_DECLARE)
 #undef KT_STRESS_DECLARE
 

@@ -64,6 +64,20 @@ static double stress_length(const kt_model *model, const kt_group *group) {
     return longest > 1e-12 * model->length ? longest : model->length;
 }
 
+/* Whether the equations of a planar group in its plane are all there, and independent. Then the redundant ones are out
+ * of the plane. Their multipliers are forces along the normal and moments in the plane. */
+static bool is_redundant_in_normal(const kt_model *model, const kt_group *group) {
+    bool all = group->planar && group->rank[KT_ROWS_ALL] == group->count[KT_ROWS_ALL];
+    for (int i = 0; i < group->loop_count && all; i++) {
+        const int32_t index = model->group_loop[group->loop + i];
+        const kt_loop_record *loop = &model->loop[index];
+        const int count = loop->term_count ? loop->row_count : model->planar_loop[index].count;
+        for (int r = 0; r < count; r++)
+            all = all && model->slot[loop->slot + (loop->term_count ? r : model->planar_loop[index].row[r].row)] >= 0;
+    }
+    return all;
+}
+
 void kt_stress_plan(kt_model *model) {
     model->n.stress = 0;
     for (size_t g = 0; g < model->n.group; g++) {
@@ -75,6 +89,7 @@ void kt_stress_plan(kt_model *model) {
                             : bytes > stress_bytes_most ? KT_REDUNDANCY_LARGE
                                                         : KT_REDUNDANCY_SHARED;
         group->stress_length = stress_length(model, group);
+        group->is_redundant_in_normal = is_redundant_in_normal(model, group);
         group->stress = model->n.stress;
         model->n.stress += group->redundancy == KT_REDUNDANCY_SHARED ? bytes : 0;
     }

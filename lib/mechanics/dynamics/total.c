@@ -8,13 +8,13 @@
  */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "dynamics/dynamics.h"
+#include "dynamics/point.h"
 #include "kinetree/dynamics.h"
-#include "model/model.h"
 
 #include <string.h>
 
 /* I_c u for world vectors: R I (R' u). */
-static kt_vec3 apply_body_inertia(const kt_body_record *b, kt_mat3 r, kt_vec3 u) {
+KT_INLINE kt_vec3 apply_body_inertia(const kt_body_record *b, kt_mat3 r, kt_vec3 u) {
     return kt_mat3_apply(r, kt_sym3_apply(b->inertia, kt_mat3_apply_transposed(r, u)));
 }
 
@@ -89,7 +89,11 @@ static kt_wrench body_wrench(const kt_model *model, const kt_link_kinematics *li
     const kt_link_kinematics *link = &links[b->link];
     const kt_mat3 r = kt_mat3_multiply(link->axes, b->in_link.rotation);
     const kt_vec3 w = link->omega, alpha = link->alpha;
-    const kt_vec3 g = kt_v4_vec3(model->gravity), a = kt_links_acceleration(model, links, i, b->com);
+    kt_v4 axes[3];
+    kt_v4_from_mat3(link->axes, axes);
+    const kt_v4 arm = kt_point_arm(b, axes, kt_v4_from(b->com));
+    const kt_v4 of_com = kt_point_accelerate(kt_v4_from(link->linear), kt_v4_from(alpha), kt_v4_from(w), arm);
+    const kt_vec3 g = kt_v4_vec3(model->gravity), a = kt_v4_vec3(of_com);
     kt_wrench out;
     out.force = kt_vec3_scale(b->mass, kt_vec3_sub(a, g));
     const kt_vec3 spin = kt_vec3_cross(w, apply_body_inertia(b, r, w));

@@ -57,8 +57,9 @@ kt_status kt_closed_forward(const kt_model *model, kt_data *data, const kt_dynam
     return KT_OK;
 }
 
-kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
-                                  kt_error *error) {
+/* With forces besides those of joints. Not inlined: all other evaluations would save its registers. */
+static __attribute__((noinline)) kt_status accelerate_loaded(const kt_model *model, kt_data *data,
+                                                             const kt_dynamic_state *at, double *a, kt_error *error) {
     kt_dynamic_state loaded;
     kt_status status = at->external ? kt_wrenches_check(model, at->q, at->v, at->external, error) : KT_OK;
     if (status != KT_OK)
@@ -71,6 +72,18 @@ kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, const kt
     if (status == KT_OK)
         status = model->forward(model, data, at, a, error);
     return model->custom ? kt_stop_report(model, data, at->t, status, error) : status;
+}
+
+/* Inlined: the recursion alone is the last call of both callers, after which they need no registers. */
+KT_INLINE kt_status accelerate(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                               kt_error *error) {
+    return at->external || model->n.effect || model->custom ? accelerate_loaded(model, data, at, a, error)
+                                                            : model->forward(model, data, at, a, error);
+}
+
+kt_status kt_acceleration_trusted(const kt_model *model, kt_data *data, const kt_dynamic_state *at, double *a,
+                                  kt_error *error) {
+    return accelerate(model, data, at, a, error);
 }
 
 /* Checks open contacts before. Their poses serve the accelerations of slip, too, unless effects come between. */
@@ -91,7 +104,7 @@ kt_status kt_acceleration_evaluate(const kt_model *model, kt_data *data, double 
     const kt_dynamic_state at = {t, q, v ? v : model->zero, tau, external};
     if (model->variants != NULL && !data->followed)
         return accelerate_checked(model, data, &at, a, error);
-    return kt_acceleration_trusted(model, data, &at, a, error);
+    return accelerate(model, data, &at, a, error);
 }
 
 /* Points at->external at the sum of its wrenches and the wrenches of changing masses (dynamics/variable_mass.c). */

@@ -214,9 +214,14 @@ KT_CHECKED kt_status kt_multipliers_take(const kt_model *model, const kt_data *d
 /* Puts multipliers in the form of kt_multiplier_evaluate into the groups of the data. */
 void kt_multipliers_put(const kt_model *model, kt_data *data, const double *multipliers);
 
-/* Shares the reactions of redundant loops (stress_share.c): adds to joints (n.body), loops, and
- * data->stress_multiplier. */
-void kt_reactions_share(const kt_model *model, kt_data *data, kt_wrench *joints, kt_wrench *loops);
+/* Finds the self-stresses of redundant groups from the poses of the links (stress_share.c). Without `all`, groups are
+ * left out that seldom need them.
+ *
+ * kt_reactions_share shares the reactions of these groups: adds to joints (n.body), loops, and data->stress_multiplier.
+ * If it needs what was left out, it places the links at q once more. Then kt_links_scratch is lost. */
+void kt_stresses_find(const kt_model *model, kt_data *data, double t, const double *q, bool all);
+void kt_reactions_share(const kt_model *model, kt_data *data, double t, const double *q, kt_wrench *joints,
+                        kt_wrench *loops);
 
 /* Evaluates kt_reaction_evaluate, and writes the kinematics of the motion to links. */
 KT_CHECKED kt_status kt_motion_evaluate(const kt_model *model, kt_data *data, const kt_dynamic_state *at,

@@ -91,8 +91,8 @@ static const kt_wrench *load_wrenches(const kt_model *model, kt_data *data, cons
     if (model->n.slip > 0)
         loaded.external = kt_slip_load(model, data, loaded.external);
     find_multipliers(model, data, &loaded, a);
-    if (model->n.stress > 0)
-        kt_reduction_kernels_in_space(model)->stress(model, data, at->t, at->q);
+    if (model->n.stress > 0) /* friction by loads reads the links after the reactions are shared */
+        kt_stresses_find(model, data, at->t, at->q, model->n.loaded > 0);
     return data->loaded;
 }
 
@@ -120,7 +120,7 @@ kt_status kt_motion_complete(const kt_model *model, kt_data *data, const kt_dyna
     const bool rubs = (joints || loops) && model->n.loaded > 0;
     const kt_wrench *found = joints || shares || rubs ? kt_joint_reactions_find(model, data, links, loaded) : NULL;
     if (shares)
-        kt_reactions_share(model, data, data->wrench, data->loop_wrench);
+        kt_reactions_share(model, data, at->t, at->q, data->wrench, data->loop_wrench);
     if (rubs)
         kt_loads_take(model, data, links, found);
     const size_t loop = loops ? find_not_finite(data->loop_wrench, model->n.loop) : model->n.loop;
@@ -181,7 +181,7 @@ kt_status kt_multiplier_evaluate(const kt_model *model, kt_data *data, double t,
         if (status != KT_OK)
             return status;
         (void)kt_joint_reactions_find(model, data, links, loaded);
-        kt_reactions_share(model, data, data->wrench, data->loop_wrench);
+        kt_reactions_share(model, data, t, q, data->wrench, data->loop_wrench);
     }
     return kt_multipliers_take(model, data, t, multipliers, error);
 }

@@ -25,6 +25,9 @@ static const double unique_below = 1e-8;
 /* Self-stresses that are rounding, relative to the reactions. */
 static const double least_share = 1e-13;
 
+/* data->stress_count of a group whose self-stresses have not been needed so far. */
+enum { NOT_FOUND = -1 };
+
 typedef struct sharing {
     const kt_model *model;
     kt_data *data;
@@ -32,6 +35,11 @@ typedef struct sharing {
     kt_stress s;
     int rows, d; /* rows of W in use; self-stresses */
 } sharing;
+
+static kt_vec3 plane_normal(const kt_model *model, const kt_group *planar) {
+    const size_t link = (size_t)model->group_link[planar->link] - model->n.spatial + 1; /* its planar index */
+    return model->plane[model->planar_rest[link].plane].basis.z;
+}
 
 /* The self-stresses of a group, with the rows of the joints and loops that share them. */
 static sharing sharing_of(const kt_model *model, kt_data *data, size_t g) {
@@ -175,10 +183,59 @@ static void share_group(const kt_model *model, kt_data *data, size_t g, reaction
             data->stress_multiplier[s->equation[i]] += s->amount[c] * s->basis[(size_t)c * s->k + i];
 }
 
-void kt_reactions_share(const kt_model *model, kt_data *data, kt_wrench *joints, kt_wrench *loops) {
+/* Whether a wrench lies in the plane with this normal: the rest of it is rounding in the objective. */
+static bool is_in_plane(const kt_wrench *wrench, kt_vec3 normal, double per_length) {
+    const kt_vec3 moment = kt_vec3_scale(per_length, wrench->moment), across = kt_vec3_cross(normal, moment);
+    const double along = kt_vec3_dot(normal, wrench->force), rest = along * along + kt_vec3_dot(across, across);
+    const double all = kt_vec3_dot(wrench->force, wrench->force) + kt_vec3_dot(moment, moment);
+    return !(rest > least_share * least_share * all);
+}
+
+/* Whether the reactions of a group have the least sum already, because they lie in its plane, and its self-stresses do
+ * not. This holds for most planar mechanisms, and is known without the self-stresses. */
+static bool have_least_sum(const kt_model *model, const kt_data *data, size_t g, const reactions_of *r) {
+    const kt_group *group = &model->group[g];
+    const kt_vec3 normal = plane_normal(model, group);
+    const double per_length = 1.0 / group->stress_length;
+    bool least = !data->near[g]; /* at a singular position there are self-stresses in the plane */
+    for (int i = 0; i < group->loop_count && least; i++) {
+        const int32_t index = model->group_loop[group->loop + i];
+        const kt_loop_record *loop = &model->loop[index];
+        kt_stress_path path = {{loop->body[0], loop->body[1]}};
+        int32_t body;
+        int end;
+        if (!kt_stress_shares(loop) || loop->term_count)
+            continue;
+        least = is_in_plane(&r->loops[index], normal, per_length);
+        while (least && (body = kt_stress_path_next(model, &path, &end)) >= 0)
+            least = is_in_plane(&r->joints[body], normal, per_length);
+    }
+    return least;
+}
+
+void kt_stresses_find(const kt_model *model, kt_data *data, double t, const double *q, bool all) {
     for (size_t g = 0; g < model->n.group; g++)
-        if (model->group[g].redundancy == KT_REDUNDANCY_SHARED)
-            share_group(model, data, g, (reactions_of){joints, loops});
+        if (model->group[g].redundancy == KT_REDUNDANCY_SHARED && !all && model->group[g].is_redundant_in_normal)
+            data->stress_count[g] = NOT_FOUND;
+        else if (model->group[g].redundancy == KT_REDUNDANCY_SHARED)
+            kt_reduction_kernels_in_space(model)->stress(model, data, g, t, q);
+}
+
+void kt_reactions_share(const kt_model *model, kt_data *data, double t, const double *q, kt_wrench *joints,
+                        kt_wrench *loops) {
+    const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
+    const reactions_of r = {joints, loops};
+    for (size_t g = 0; g < model->n.group; g++) {
+        if (model->group[g].redundancy != KT_REDUNDANCY_SHARED)
+            continue;
+        if (data->stress_count[g] == NOT_FOUND) {
+            if (have_least_sum(model, data, g, &r))
+                continue;
+            kernels->pose(model, data, q); /* the kinematics of the links may have taken its place */
+            kernels->stress(model, data, g, t, q);
+        }
+        share_group(model, data, g, r);
+    }
 }
 
 /* ---- which are unique -------------------------------------------------------------------------------------------- */
@@ -214,22 +271,12 @@ static void mark_undetermined_reaction(const sharing *w, int row, int32_t body, 
 /* Returns the components that a planar group leaves undetermined if its equations in the plane are independent: forces
  * out of the plane, and moments in it. 0: these equations repeat others, too, or the group moves in space. */
 static unsigned open_out_of_plane(const kt_model *model, const kt_group *group) {
-    int left_out = 0;
     unsigned open = 0;
-    kt_v4 basis[3];
-    if (!group->planar)
+    if (!group->is_redundant_in_normal)
         return 0;
-    for (int i = 0; i < group->loop_count; i++) {
-        const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
-        for (int r = 0; r < loop->row_count; r++)
-            left_out += model->slot[loop->slot + r] < 0;
-    }
-    if (group->rank[KT_ROWS_ALL] < group->row_count - left_out)
-        return 0;
-    const size_t link = (size_t)model->group_link[group->link] - model->n.spatial + 1; /* its planar index */
-    kt_v4_from_mat3(model->plane[model->planar_rest[link].plane].basis, basis);
+    const kt_vec3 normal = plane_normal(model, group);
     for (int i = 0; i < 3; i++) {
-        const double along = fabs(basis[2][i]);
+        const double along = fabs(kt_vec3_part(normal, i));
         open |= along > unique_below ? 1U << i : 0U;
         open |= sqrt(fmax(0.0, 1.0 - along * along)) > unique_below ? 8U << i : 0U;
     }
@@ -262,9 +309,8 @@ kt_status kt_reaction_shares(const kt_model *model, kt_data *data, double t, con
             mark_large_group(model, &model->group[g], loops);
     if (model->n.stress == 0)
         return KT_OK;
-    const kt_reduction_kernels *kernels = kt_reduction_kernels_in_space(model);
-    kernels->pose(model, data, q);
-    kernels->stress(model, data, t, q);
+    kt_reduction_kernels_in_space(model)->pose(model, data, q);
+    kt_stresses_find(model, data, t, q, true);
     for (size_t g = 0; g < model->n.group; g++) {
         if (model->group[g].redundancy != KT_REDUNDANCY_SHARED || data->stress_count[g] == 0)
             continue;

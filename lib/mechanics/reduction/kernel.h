@@ -57,8 +57,8 @@ typedef struct kt_reduction_kernels {
     /* Computes the wrenches of the loops for these multipliers (loop_wrenches.c); likewise NULL. */
     void (*react)(const kt_model *model, const kt_data *data, double t, kt_wrench *bodies, kt_wrench *idle,
                   kt_wrench *loops);
-    /* Computes the self-stresses of redundant groups from the poses of the links (self_stress.c); likewise NULL. */
-    void (*stress)(const kt_model *model, kt_data *data, double t, const double *q);
+    /* Computes the self-stresses of a redundant group from the poses of the links (self_stress.c); likewise NULL. */
+    void (*stress)(const kt_model *model, kt_data *data, size_t g, double t, const double *q);
     /* Compute only the poses of the links, then their velocities; likewise NULL. */
     void (*pose)(const kt_model *model, kt_data *data, const double *q);
     void (*move)(const kt_model *model, kt_data *data, const double *v);

@@ -242,6 +242,7 @@ typedef struct kt_group {
     kt_redundancy redundancy;        /* whether its reactions are unique (constraint/self_stress.h) */
     double stress_length;            /* length by which moments are divided where reactions are not unique */
     size_t stress;                   /* first byte in data->stress */
+    bool is_redundant_in_normal;     /* planar: forces along the normal and moments in the plane alone are redundant */
     bool ranges;                     /* closed contacts may be solved in range space (reduction/half_columns.h) */
     size_t dense;                    /* first number in data->dense */
     size_t at[KT_GROUP_MATRICES];    /* place of each of the group's matrices, from `dense` on */

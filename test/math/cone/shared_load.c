@@ -78,8 +78,8 @@ static double violation_of_modes(const shared *s) {
 }
 
 /* If all joints rest, their forces and that of the contact are not unique. The solver takes forces with which one item
- * reaches a bound: the contact opens, or a joint's friction is at its limit. The mode of this item is that of the bound.
- * Its force must be the bound, too, because the steps that follow assume this force. */
+ * reaches a bound: the contact opens, or a joint's friction is at its limit. The mode of this item is that of the
+ * bound. Its force must be the bound, too, because the steps that follow assume this force. */
 KT_TEST(shared_load_puts_an_item_at_its_bound) {
     kt_random random = kt_random_of_test();
     shared s = {.room = make_room(DRY + 1, ROWS)};
