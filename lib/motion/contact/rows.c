@@ -351,22 +351,37 @@ static bool is_loop_at_rest(const kt_loop_record *loop) {
     return !kt_loop_is_off(loop) && loop->side == KT_SIDE_NONE && loop->friction == 0;
 }
 
-/* Adds the other loops of a group, whose forces have no limit. Their weight is so small that it has no influence on the
- * forces of contacts. */
+/* Adds the other loops of a group, whose forces have no limit. */
 static void add_statics_loops(const struct kt_contacts *c, const kt_model *model, const kt_group *group,
                               kt_statics *statics) {
-    static const double weight = 1e-8;
-    double least = HUGE_VAL;
-    for (int k = 0; k < statics->n; k++)
-        least = fmin(least, statics->item[k].metric);
     for (int i = 0; i < group->loop_count; i++) {
         const kt_loop_record *loop = &model->loop[model->group_loop[group->loop + i]];
         for (int r = 0; is_loop_at_rest(loop) && r < loop->row_count; r++) {
             const int row = statics->rows;
-            (void)kt_statics_add(statics, KT_STATICS_FREE, 0.0, 0.0, weight * least);
+            (void)kt_statics_add(statics, KT_STATICS_FREE, 0.0, 0.0, 0.0);
             write_statics_row(c, model, group, loop, r, 1.0, statics, row);
         }
     }
+}
+
+/* The square of the first row of an item, for coordinates in their units. */
+static double square_of_item(const kt_statics *statics, const kt_statics_item *item) {
+    const double *row = statics->matrix + item->row * statics->columns;
+    return kt_dense_dot(row, row, statics->columns);
+}
+
+/* Gives weights to items that have none, by the least weight of a row of length 1. The weight of loops is so small that
+ * it has no influence on the forces of contacts. No force moves dry friction of a joint that a drive holds. */
+static void set_missing_metrics(kt_statics *statics) {
+    static const double small = 1e-8;
+    double least = HUGE_VAL;
+    for (const kt_statics_item *item = statics->item; item < statics->item + statics->n; item++)
+        if (item->metric > 0.0)
+            least = fmin(least, item->metric / square_of_item(statics, item));
+    least = least < HUGE_VAL ? least : 1.0;
+    for (kt_statics_item *item = statics->item; item < statics->item + statics->n; item++)
+        if (!(item->metric > 0.0))
+            item->metric = least * square_of_item(statics, item) * (item->type == KT_STATICS_FREE ? small : 1.0);
 }
 
 /* The reserves of items that bound the margin have the margin's sign, so that all their events are due at one
@@ -387,6 +402,7 @@ static kt_statics *find_margin_of_group(const struct kt_contacts *c, const kt_mo
     kt_statics *statics = kt_statics_init((size_t)rows, (size_t)group->v_count, c->matrices);
     add_statics_items(c, model, group, t, statics);
     add_statics_loops(c, model, group, statics);
+    set_missing_metrics(statics);
     kt_statics_begin(statics);
     kt_statics_find_margin(statics);
     return statics;

@@ -181,3 +181,37 @@ KT_TEST(feet_share_the_same_load_in_all_units) {
         }
     }
 }
+
+/* A drive holds the joint of an arm whose end rests on a floor. No force moves the dry friction of this joint. */
+KT_TEST(driven_joints_share_the_same_load_in_all_units) {
+    double normal[LENGTHS];
+    for (int k = 0; k < LENGTHS; k++) {
+        const double L = lengths[k], I = L * L;
+        char text[2048];
+        kt_parsed m;
+        kt_error error = {0};
+        kt_record record = {0};
+        const kt_run run = kt_run_within(NULL, 1e-9, 0.01);
+        kt_simulation_options options = kt_simulation_options_default();
+        (void)snprintf(text, sizeof text,
+                       "kinetree: 1\ngravity: [0, 0, %.17g]\nbodies:\n"
+                       "  - {name: a, mass: 2, com: [%.17g, 0, 0], inertia: [%.17g, %.17g, %.17g],\n"
+                       "     joint: {type: revolute, axis: y, at: [0, 0, %.17g], position: -0.1}}\n"
+                       "  - {name: b, parent: a, mass: 8, com: [%.17g, 0, 0], inertia: [%.17g, %.17g, %.17g],\n"
+                       "     joint: {type: revolute, axis: y, at: [%.17g, 0, 0], position: -0.4},\n"
+                       "     markers: {tip: [%.17g, 0, %.17g]}}\n"
+                       "effects:\n  - {name: c, type: contact, point: b.tip, radius: 0, plane: world,\n"
+                       "     restitution: 0, friction: 0.8, rest_velocity: %.17g}\n"
+                       "  - {name: dry, type: joint_friction, joint: b, coulomb: %.17g, stick: true}\n"
+                       "loops: [{name: drive, type: motion, joint: b, position: {polynomial: [-0.4]}}]\n",
+                       -9.81 * L, 0.2 * L, 0.02 * I, 0.03 * I, 0.03 * I,
+                       (0.1 * cos(0.5) - 0.4 * sin(0.1) - 0.4 * sin(0.5)) * L, 0.2 * L, 0.08 * I, 0.12 * I, 0.12 * I,
+                       0.4 * L, 0.4 * L, -0.1 * L, 1e-6 * L, 64.0 * I);
+        options.record = KT_RECORD_REACTION;
+        kt_parsed_make(&m, text);
+        kt_simulation *simulation = kt_test_simulation(m.model, &run, &options);
+        kt_need_fine("record", kt_simulation_sense(simulation, &record, &error), &error);
+        normal[k] = record.loop_reactions[1].force.z / L;
+        kt_check_near("normal force over the length, N/m", normal[k], normal[0], 1e-12);
+    }
+}
