@@ -80,8 +80,9 @@ static int find_prescribed(struct kt_contacts *c, const kt_model *model, const k
 }
 
 /* Returns whether loops prescribe that contacts continue to close. If so, sets an error that names these loops. If not,
- * data belong to the simulation's model again. */
-static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) {
+ * data belong to the simulation's model again. With `all`, contacts that part count, too: a body between a wall and the
+ * jaw of a vice may part from one of them, but not from both. */
+static bool is_prescribed(kt_simulation *simulation, double t, bool all, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     const double *q = kt_integrator_state(simulation->integrator), *from = q + simulation->size.nq;
     const kt_model *model = simulation->model;
@@ -95,7 +96,7 @@ static bool is_prescribed(kt_simulation *simulation, double t, kt_error *error) 
     for (int k = 0; k < c->islands; k++) {
         (void)kt_contacts_select(c, k);
         for (int i = 0; i < c->meeting; i++)
-            if (relative_rate(c, i, from) <= rounding * speed)
+            if (all || relative_rate(c, i, from) <= rounding * speed)
                 c->item[c->list[i]].next = KT_CONTACT_ON;
     }
     const kt_model *closed = kt_contacts_model(simulation, true);
@@ -185,7 +186,7 @@ static kt_status check_lever(kt_simulation *simulation, int i, double t, double 
         c->u[i] = 0.0;
         return KT_OK;
     }
-    if (is_prescribed(simulation, t, error))
+    if (is_prescribed(simulation, t, false, error))
         return KT_ERROR_CONSTRAINT;
     return kt_error_set(error, KT_ERROR_CONSTRAINT, name_contact(simulation, contact, t).text,
                         "it closes at %.3g (m/s or rad/s), and no joint has a lever against it, so its impulse has "
@@ -213,7 +214,7 @@ kt_status kt_contacts_check_rates(kt_simulation *simulation, double t, const dou
     if (status == KT_OK)
         (void)find_fastest(simulation->contacts, NULL, 0, v, &speed);
     return approach > 0.0 && speed > kept * approach && (status == KT_OK || status == KT_ERROR_CONSTRAINT) &&
-                   is_prescribed(simulation, t, error)
+                   is_prescribed(simulation, t, false, error)
                ? KT_ERROR_CONSTRAINT
                : status;
 }
@@ -222,7 +223,7 @@ kt_status kt_contacts_reject(kt_simulation *simulation, double t, const char *wh
     const struct kt_contacts *c = simulation->contacts;
     const int first = c->list[0], others = c->meeting - 1;
     const bool is_rough = c->touching > c->resting;
-    if (is_prescribed(simulation, t, error))
+    if (is_prescribed(simulation, t, false, error) || is_prescribed(simulation, t, true, error))
         return KT_ERROR_CONSTRAINT;
     return kt_error_set(
         error, KT_ERROR_CONSTRAINT, name_contact(simulation, first, t).text,
