@@ -13,7 +13,8 @@ static const double converged = 1e-9, polished = 1e-12;
 /* Determinants of blocks below this number count as zero. The largest number on a diagonal is 1. */
 static const double vanishing = 1e-12;
 /* Corners of a face share an impact in many ways, and Newton's method may end at a residual that is enough, but above
- * `converged`. Proximal points then find a solution. They cost too much for large problems, and never polish. */
+ * `converged`. Proximal points then find a solution. Larger problems take what is enough, since these points cost more
+ * there. */
 enum { SMALL = 8 };
 enum { LOCAL = 4, FIRST_SWEEPS = 2, MORE_SWEEPS = 100, NEWTON_MOST = 40 };
 
