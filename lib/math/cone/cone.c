@@ -9,7 +9,8 @@
 #include <math.h>
 #include <string.h>
 
-static const double converged = 1e-9, polished = 1e-12;
+/* Rates of the part `lost` of an impulse are rounding. */
+static const double converged = 1e-9, polished = 1e-12, lost = 1e-10;
 /* Determinants of blocks below this number count as zero. The largest number on a diagonal is 1. */
 static const double vanishing = 1e-12;
 /* Corners of a face share an impact in many ways, and Newton's method may end at a residual that is enough, but above
@@ -157,6 +158,7 @@ static void scale_problem(kt_cone *cone, const kt_cone_problem *problem, const i
     bool has_least = false;
     cone->n = n;
     cone->newton = 0;
+    cone->rounding = lost / fmax(problem->enough, converged);
     if (m > 0 && member == NULL && problem->W != cone->W) /* both are NULL without contacts */
         memcpy(cone->W, problem->W, (size_t)(m * m) * sizeof *cone->W);
     for (int i = 0; i < n; i++) {

@@ -12,11 +12,11 @@
 #include <string.h>
 
 static const double exact = 1e-14;
-/* An impulse of up to `gain` times the rates enlarges the size of a residual. Of a larger impulse, only this part does:
+/* An impulse of up to `gain` times the rates enlarges the size of a residual. Of a larger impulse, only rounding does:
  * otherwise it would hide the rates that it does not reach. A sphere between two walls may have any internal force, and
- * no impulse stops a rod that a drive lowers within its friction cone. The part is not less, since a bar that is normal
- * to a face clamps it with impulses far above the rates. Their rounding by the bar's equations is 1e-11 of them. */
-static const double gain = 100.0, large_part = 0.1;
+ * no impulse stops a rod that a drive lowers within its friction cone. A bar that is normal to a face clamps it with
+ * impulses far above the rates. Their rounding by the bar's equations is 1e-11 of them and more. */
+static const double gain = 100.0;
 /* A step is halved until the square of f falls below the largest of the last MERITS squares. Between sticking and slip,
  * f has edges at which it grows for a step. A method that rejects such steps takes short steps along the edge. */
 enum { HALVINGS = 5, WORSE_MOST = 5, SLOW_MOST = 2, MERITS = 10 };
@@ -95,7 +95,7 @@ static double known_residual(const kt_cone *cone, const double *b, const double 
         impulse = fmax(impulse, fabs(x[r]));
         rate = fmax(rate, fabs(b[r]));
     }
-    const double size = fmax(fmax(rate, large_part * impulse), fmin(impulse, gain * rate));
+    const double size = fmax(fmax(rate, cone->rounding * impulse), fmin(impulse, gain * rate));
     return most > 0.0 ? most / size : 0.0;
 }
 
