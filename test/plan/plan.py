@@ -99,8 +99,8 @@ claim("each_scene_pays_for_its_own_effect_alone",
 pulls = counted(scene(gravity="[0, 0, -9.81]"))
 claim("gravity_costs_nothing", [] if pulls.instructions == bare.instructions else [f"{pulls.instructions - bare.instructions} instructions"])
 
-# 47 with gcc 12.2: 41 check the arguments of the public call and write the state, and six check the stack (8c973a238). Steps
-# have seven of them.
+# 47 with gcc 12.2: 41 check the arguments of the public call and write the state, and six check the stack. Steps have
+# seven of them.
 problems = []
 for arms in (3, 30):
     text = scene(arms)

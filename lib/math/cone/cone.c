@@ -9,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Rates of the part `lost` of an impulse are rounding. */
+/* Rates below the part `lost` of the largest impulse are rounding. */
 static const double converged = 1e-9, polished = 1e-12, lost = 1e-10;
 /* Determinants of blocks below this number count as zero. The largest number on a diagonal is 1. */
 static const double vanishing = 1e-12;

@@ -60,7 +60,7 @@ typedef enum kt_cone_round {
 
 typedef struct kt_cone_result {
     bool converged;  /* residual <= 1e-9 */
-    double residual; /* the largest |f|, relative to |b|, and |p| up to 100 |b|; 1e-10 |p| is rounding */
+    double residual; /* the largest |f|, relative to |b| and p (cone_newton.c); infinite if there is a NaN */
     kt_cone_round round;
     int newton; /* steps of Newton's method */
 } kt_cone_result;

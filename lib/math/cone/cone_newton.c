@@ -12,10 +12,10 @@
 #include <string.h>
 
 static const double exact = 1e-14;
-/* An impulse of up to `gain` times the rates enlarges the size of a residual. Of a larger impulse, only rounding does:
- * otherwise it would hide the rates that it does not reach. A sphere between two walls may have any internal force, and
- * no impulse stops a rod that a drive lowers within its friction cone. A bar that is normal to a face clamps it with
- * impulses far above the rates. Their rounding by the bar's equations is 1e-11 of them and more. */
+/* A residual is compared with the rates, or with an impulse of up to `gain` times the rates. A larger impulse would
+ * hide rates that it does not reach: a sphere between two walls may have any internal force, and no impulse stops a rod
+ * that a drive lowers within its friction cone. But the rounding of a larger impulse is no error. A bar that is normal
+ * to a face clamps it with impulses far above the rates, and its equations round these impulses by 1e-11 or more. */
 static const double gain = 100.0;
 /* A step is halved until the square of f falls below the largest of the last MERITS squares. Between sticking and slip,
  * f has edges at which it grows for a step. A method that rejects such steps takes short steps along the edge. */

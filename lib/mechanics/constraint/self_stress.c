@@ -169,8 +169,8 @@ static kt_v4 arm_of_parent(const kt_model *model, const kt_data *data, int32_t b
     return *up - at;
 }
 
-/* Adds the wrenches of a loop between frames to the rows of the joints on its paths, and to its own. `factor` has room
- * for the sums until W is factored. */
+/* Adds the wrenches of a loop between frames to the rows of the joints on its paths, and to its own. The sums are kept
+ * in `factor`, which is free until W is factored. */
 static void load_paths(const stress_work *w, const kt_loop_record *loop, size_t first, size_t row, int d) {
     const kt_stress *s = &w->s;
     kt_stress_path path = {{loop->body[0], loop->body[1]}};

@@ -214,11 +214,12 @@ KT_CHECKED kt_status kt_multipliers_take(const kt_model *model, const kt_data *d
 /* Puts multipliers in the form of kt_multiplier_evaluate into the groups of the data. */
 void kt_multipliers_put(const kt_model *model, kt_data *data, const double *multipliers);
 
-/* Finds the self-stresses of redundant groups from the poses of the links (stress_share.c). Without `all`, groups are
- * left out that seldom need them.
+/* Finds the self-stresses of redundant groups from the poses of the links (stress_share.c). Without `all`, planar
+ * groups are left out whose self-stresses leave the plane, because their reactions seldom do.
  *
  * kt_reactions_share shares the reactions of these groups: adds to joints (n.body), loops, and data->stress_multiplier.
- * If it needs what was left out, it places the links at q once more. Then kt_links_scratch is lost. */
+ * If a reaction leaves the plane, the self-stresses of its group are found after all. This places the links at q once
+ * more, and overwrites kt_links_scratch. */
 void kt_stresses_find(const kt_model *model, kt_data *data, double t, const double *q, bool all);
 void kt_reactions_share(const kt_model *model, kt_data *data, double t, const double *q, kt_wrench *joints,
                         kt_wrench *loops);

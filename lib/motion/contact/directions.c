@@ -353,9 +353,9 @@ static void forget_ended_holds(kt_simulation *simulation) {
             simulation->contact_state[k].held = -HUGE_VAL;
 }
 
-/* Lets slow slip that turns round its rest come to rest. This is no event, which would decide about contacts anew that
- * friction holds: these stay at rest, or two contacts end each other's hold at one instant without end. Friction that
- * slips, since an event has ended its hold, is not held again. */
+/* Lets slow slip that turns round its rest come to rest. An event would also decide anew about contacts that friction
+ * holds. Two contacts could then end each other's hold without end, at one instant. Therefore held contacts stay at
+ * rest here. If an event has ended a hold, so that the friction slips, it is not held again. */
 static kt_status end_turns(kt_simulation *simulation, kt_error *error) {
     struct kt_contacts *c = simulation->contacts;
     bool turns = false;

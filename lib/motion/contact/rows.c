@@ -295,8 +295,8 @@ bool kt_contacts_share_any(const struct kt_contacts *c, const kt_model *model, c
     return any;
 }
 
-/* Writes the next row of the problem of statics: the multiplier of a loop's equation, and its row of J for coordinates
- * in their units, so that lengths and angles compare. sign: of the force. */
+/* Writes the next row of the problem of statics: the multiplier of a loop's equation, and its row of J. Coordinates are
+ * measured in their units, because lengths and angles are compared. sign: of the force. */
 static void write_statics_row(const struct kt_contacts *c, const kt_model *model, const kt_group *group,
                               const kt_loop_record *loop, int component, double sign, kt_statics *statics, int row) {
     const double *J = c->jacobian + kt_loop_entry(group, loop, component), *unit = model->unit + group->v;

@@ -81,8 +81,8 @@ static void extend_chain(kt_simulation_memory *memory, double d, double short_in
     memory->event_row = follows && d <= short_interval ? memory->event_row + 1 : 0;
 }
 
-/* Whether the chain, continued to the instant t, has no end. *window: the time from t in which the remaining
- * impacts are applied at once, if the events are those of contacts. */
+/* Whether the chain, continued to the instant t, has no end. If its events are those of contacts, the remaining impacts
+ * are applied at once: those up to the time *window behind t. */
 static bool has_no_end(const kt_simulation_memory *memory, double t, double short_interval, double *window) {
     const double d = t - memory->event_last, r = memory->event_ratio, lasts = t - memory->event_chain;
     const double left = d * r / (1.0 - r);

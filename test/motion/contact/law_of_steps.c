@@ -85,8 +85,9 @@ KT_TEST(steps_out_of_a_depth_obey_newtons_law) {
     kt_check_below("gap after, m", fabs(simulation->contacts->gap[0]), 1e-13);
 }
 
-/* Without gravity, impulses of a step may be rounding: of a joint at rest, whose rate falls to subnormal numbers, and
- * of a sphere that rolls off its plane. Their errors are as large as they are, and disobey no law. */
+/* Without gravity, the impulses of a step may be nothing but rounding. The rate of a joint that friction stops falls to
+ * subnormal numbers, and a sphere rolls off its plane. The errors of such impulses are as large as the impulses. They
+ * disobey no law. */
 KT_TEST(impulses_of_rounding_obey_their_laws) {
     static const char *const scene[] = {
         "kinetree: 1\ngravity: [0, 0, 0]\nbodies:\n"

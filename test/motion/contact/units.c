@@ -140,8 +140,9 @@ KT_TEST(a_switch_closes_the_same_gaps_in_all_units) {
     }
 }
 
-/* A plate of the size `length` stands on three feet, and a bar holds it. Ten forces act on its six coordinates. Those
- * with the largest margin are chosen. The moments of short levers must not be lost beside the forces. */
+/* A plate stands on three feet, and a bar holds it. Its size is one of `lengths`. Ten forces act on its six
+ * coordinates. Those with the largest margin are chosen. The moments of short levers must not be lost beside the
+ * forces. */
 KT_TEST(feet_share_the_same_load_in_all_units) {
     double normal[LENGTHS][3];
     for (int k = 0; k < LENGTHS; k++) {
