@@ -88,13 +88,16 @@ static bool may_pass(const kt_simulation *simulation, kt_status status) {
     return kt_simulation_is_recoverable(cause) && simulation->ahead && status != KT_ERROR_STEP;
 }
 
-/* After a failure, steps grow from its length by a factor at most, until they are fixed steps again. */
+/* After a failure, steps grow from its length by a factor at most, until they are fixed steps again. A time step may
+ * have gone on to a time whose rounding is larger. */
 static void limit_step(kt_simulation *simulation, kt_step_progress *progress) {
+    const double t = simulation->integrator->memory.t;
     double *h = &simulation->memory.shortened;
     simulation->contacts->retry = (kt_contact_retry){.t_limit = progress->t_limit};
     if (!(*h > 0.0))
         return;
-    progress->t_limit = fmin(progress->t_limit, simulation->integrator->memory.t + *h);
+    *h = fmax(*h, shortest_step_at(simulation, t));
+    progress->t_limit = fmin(progress->t_limit, t + *h);
     *h = *h < simulation->step ? growth * *h : 0.0;
 }
 

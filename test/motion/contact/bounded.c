@@ -1,6 +1,7 @@
 /* Fixed steps with a bound of their evaluations (kt_simulation_options.step_evaluations). */
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "kinetree/simulation.h"
+#include "simulation/simulation.h"
 
 #include <float.h>
 #include <math.h>
@@ -335,6 +336,18 @@ static kt_counts_of_walls step_between_walls(uint64_t of_step, uint64_t of_part)
     found.evaluations = (double)kt_simulation_counts_of(simulation).evaluations;
     found.place = kt_simulation_positions(simulation)[0];
     return found;
+}
+
+/* A try that fails next to t = 0 may leave a length of 1e-30 s for the next step. If a time step then completes the
+ * fixed step, this length is lost in the rounding of the new time. A length that this rounding resolves replaces it. */
+KT_TEST(a_length_before_a_time_step_may_be_lost_behind_it) {
+    kt_parsed m;
+    make_box(&m, 0.0, 1.0, 0.4, 0.0);
+    kt_simulation *simulation = begin_box(&m, "heun", 0);
+    (void)take_tick(simulation, "heun");
+    simulation->memory.shortened = 1e-30;
+    (void)take_tick(simulation, "heun");
+    kt_check_near("time, s", kt_simulation_time(simulation), 2.0 * tick, 0.0);
 }
 
 /* A bound of a whole step ends the impacts within it. A bound of its parts does not, because the time goes on: 1,000
