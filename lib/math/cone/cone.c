@@ -9,8 +9,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Rates below the part `lost` of the largest impulse are rounding. */
-static const double converged = 1e-9, polished = 1e-12, lost = 1e-10;
+/* A row of f below the part `lost` of the sum of its terms is rounding. */
+static const double converged = 1e-9, polished = 1e-12, lost = 1e-13;
 /* Determinants of blocks below this number count as zero. The largest number on a diagonal is 1. */
 static const double vanishing = 1e-12;
 /* Corners of a face share an impact in many ways, and Newton's method may end at a residual that is enough, but above

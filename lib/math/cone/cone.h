@@ -60,7 +60,7 @@ typedef enum kt_cone_round {
 
 typedef struct kt_cone_result {
     bool converged;  /* residual <= 1e-9 */
-    double residual; /* the largest |f|, relative to |b| and p (cone_newton.c); infinite if there is a NaN */
+    double residual; /* the largest |f|, relative to |b|, |p| up to 100 |b|, and the rounding of its row */
     kt_cone_round round;
     int newton; /* steps of Newton's method */
 } kt_cone_result;

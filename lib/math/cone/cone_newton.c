@@ -14,8 +14,8 @@
 static const double exact = 1e-14;
 /* A residual is compared with the rates, or with an impulse of up to `gain` times the rates. A larger impulse would
  * hide rates that it does not reach: a sphere between two walls may have any internal force, and no impulse stops a rod
- * that a drive lowers within its friction cone. But the rounding of a larger impulse is no error. A bar that is normal
- * to a face clamps it with impulses far above the rates, and its equations round these impulses by 1e-11 or more. */
+ * that a drive lowers within its friction cone. What a larger impulse excuses is the rounding of each row: a bar that
+ * is normal to a face clamps it with impulses far above the rates, and they cancel in W x + b. */
 static const double gain = 100.0;
 /* A step is halved until the square of f falls below the largest of the last MERITS squares. Between sticking and slip,
  * f has edges at which it grows for a step. A method that rejects such steps takes short steps along the edge. */
@@ -85,18 +85,31 @@ static double find_function(kt_cone *cone, const double *x, const double *u, dou
     return sum;
 }
 
+/* The sum of the magnitudes of b[r], x[r], and the terms of (W x)[r]. Rounding of f[r] is relative to it. */
+static double size_of_terms(const kt_cone *cone, const double *b, const double *x, int r) {
+    const int m = 3 * cone->n;
+    double sum = fabs(b[r]) + fabs(x[r]);
+    for (int k = cone->first[r / 3]; k < cone->first[r / 3 + 1]; k++) {
+        const double *W = cone->W + r * m + 3 * cone->block[k], *y = x + 3 * cone->block[k];
+        sum += fabs(W[0] * y[0]) + fabs(W[1] * y[1]) + fabs(W[2] * y[2]);
+    }
+    return sum;
+}
+
 /* The residual at x, whose rates and function are known. */
 static double known_residual(const kt_cone *cone, const double *b, const double *x) {
-    double most = 0.0, impulse = 0.0, rate = 0.0;
+    double impulse = 0.0, rate = 0.0, residual = 0.0;
     for (int r = 0; r < 3 * cone->n; r++) {
         if (!isfinite(x[r]) || !isfinite(cone->u[r]) || !isfinite(cone->f[r])) /* fmax leaves NaN out */
             return (double)INFINITY;
-        most = fmax(most, fabs(cone->f[r]));
         impulse = fmax(impulse, fabs(x[r]));
         rate = fmax(rate, fabs(b[r]));
     }
-    const double size = fmax(fmax(rate, cone->rounding * impulse), fmin(impulse, gain * rate));
-    return most > 0.0 ? most / size : 0.0;
+    const double size = fmax(rate, fmin(impulse, gain * rate));
+    for (int r = 0; r < 3 * cone->n; r++)
+        if (fabs(cone->f[r]) > residual * size)
+            residual = fmax(residual, fabs(cone->f[r]) / fmax(size, cone->rounding * size_of_terms(cone, b, x, r)));
+    return residual;
 }
 
 double kt_cone_residual(kt_cone *cone, const double *b, const double *x) {

@@ -48,7 +48,7 @@ struct kt_cone {
     int n;
     int newton, blocks; /* steps of Newton's method; blocks of A */
     double enough;      /* the residual at which the cascade ends */
-    double rounding;    /* the part of the largest impulse that counts for the size of a residual */
+    double rounding;    /* the part of the terms of a row that counts for the size of its residual */
     KT_ARENA_DECLARE(KT_CONE_FIELDS)
     KT_ARENA_DECLARE(KT_CONE_MATRICES)
     KT_ARENA_DECLARE(KT_CONE_MEMBER_FIELDS)

@@ -105,7 +105,7 @@ KT_TEST(no_large_impulse_hides_the_rates) {
     double x[3] = {0.0};
     const kt_cone_result result = kt_cone_solve(cone, &(kt_cone_problem){.n = 1, .W = W, .b = b, .mu = &mu}, x);
     kt_check_true("it is not solved", !result.converged);
-    kt_check_above("residual", result.residual, 1e-8);
+    kt_check_above("residual", result.residual, 1e-6);
     kt_note("impulse %.3g", x[0]);
     free(memory);
 }
