@@ -265,6 +265,14 @@ def frames_of_space(count):
     return joints, loops
 
 
+def off_by(joints, loops, row, length):
+    """The largest difference between the recorded wrenches and the least ones, relative to the largest wrench."""
+    names = [f"b{i + 1}" for i in range(len(joints))] + [f"l{i}" for i in range(len(loops))]
+    recorded = np.array([[row[f"reaction.{n}.{c}"] for c in COMPONENTS] for n in names])
+    least, outside, _, scale = oracle(joints, loops, recorded, length)
+    return max(np.abs((least - recorded.reshape(-1)) * scale).max(), outside) / np.abs(recorded.reshape(-1) * scale).max()
+
+
 def check_row():
     """Eleven frames have the least sum, too."""
     joints, loops = frames_of_space(11)
@@ -272,15 +280,43 @@ def check_row():
         rows, summary, words = run(folder, scene_of(random.Random(1), 1.0, joints, loops))
     if rows is None:
         return [words]
-    names = [f"b{i + 1}" for i in range(len(joints))] + [f"l{i}" for i in range(len(loops))]
-    recorded = np.array([[rows[0][f"reaction.{n}.{c}"] for c in COMPONENTS] for n in names])
     said = [each["what"] for each in shared(summary)]
     if len(said) != 1 or "are not unique" not in said[0]:
         return [f"{said}"]
-    least, outside, _, scale = oracle(joints, loops, recorded, shared(summary)[0]["value"])
-    off = max(np.abs((least - recorded.reshape(-1)) * scale).max(), outside) / np.abs(recorded.reshape(-1) * scale).max()
+    off = off_by(joints, loops, rows[0], shared(summary)[0]["value"])
     note(f"a row of 11 frames: off by {off:.3g} of {BOUND}")
     return [] if off < BOUND else [f"off by {off}"]
+
+
+def linkage(top, slides, pins):
+    """Joints and loops of a four-bar, or of a crank and a slide with a second guide, and their scene with masses and gravity in this plane."""
+    x, z, top = np.array([1.0, 0, 0]), np.array([0.0, 0, 1]), np.array(top, float)
+    last = {"type": "prismatic", "axis": x} if slides else {"type": "revolute", "axis": z}
+    joints = [{"type": "revolute", "axis": z, "at": np.zeros(3), "parent": 0}, {"type": "revolute", "axis": z, "at": top, "parent": 1},
+              {**last, "at": np.array([2.0, 0, 0]), "parent": 0}]
+    loops = [{"type": "revolute", "axis": z, "at": top + [2, 0, 0], "ends": (2, 3)} for _ in range(pins)]
+    loops += [{"type": "prismatic", "axis": x, "at": np.array([3.0, 0, 0]), "ends": (0, 3)}] if slides else []
+    scene = scene_of(random.Random(1), 1.0, joints, loops)
+    for mass, body in enumerate(scene["bodies"], 1):
+        body |= {"com": [0.3, 0, 0], "mass": mass}
+        body["joint"].pop("velocity", None)
+    return joints, loops, {**scene, "gravity": [5, 0 if top[1] == 0 else -9, 0]}
+
+
+def check_plane():
+    """Loads in the plane have the least sum also where equations in the plane depend on each other, or never change: a parallelogram that is
+    folded into a line, whose cranks share its load, one with a pin twice, and a slide with two guides."""
+    faults = []
+    for name, parts in (("folded", ([1, 0, 0], False, 1)), ("a pin twice", ([0.2, 1, 0], False, 2)), ("two guides", ([0.2, 1, 0], True, 1))):
+        joints, loops, scene = linkage(*parts)
+        with tempfile.TemporaryDirectory() as folder:
+            rows, summary, words = run(folder, scene)
+        if rows is None:
+            return [words]
+        off = off_by(joints, loops, rows[0], shared(summary)[0]["value"] if shared(summary) else 1.0)
+        note(f"{name}: off by {off:.3g} of {BOUND}; {[w['what'][:90] for w in shared(summary)]}")
+        faults += [] if off < BOUND and len(shared(summary)) == 1 else [f"{name}: off by {off}, {words}"]
+    return faults
 
 
 def check_large():
@@ -307,6 +343,7 @@ def check_large():
 
 claim("a_fuse_breaks_at_its_share", check_fuse())
 claim("groups_that_are_too_large_are_named", check_large())
+claim("reactions_in_a_plane_are_least_where_its_equations_depend", check_plane())
 claim("reactions_of_a_long_row_of_frames_are_least", check_row())
 claim("a_ring_of_gears_shares_its_torque", check_gears())
 claim("reactions_of_random_redundant_mechanisms_are_least", check_random())
