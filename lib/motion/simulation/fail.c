@@ -118,6 +118,12 @@ static kt_where_text cause_with_time(const kt_simulation *simulation) {
                            known && cause->where[0] != '\0' ? ", " : "", known ? cause->where : "");
 }
 
+/* The place of a failure: of its cause if there is one, otherwise of the error, as of an event with its name. */
+static kt_where_text place_of_failure(const kt_simulation *simulation, const kt_error *from) {
+    return simulation->cause.code == KT_OK && contains_time(from->where) ? kt_where_format("%s", from->where)
+                                                                         : cause_with_time(simulation);
+}
+
 /* Whether a fixed step may have leapt over a bend of the path next to a singular position. */
 static bool may_have_leapt(const kt_simulation *simulation) {
     return simulation->step > 0.0 && simulation->memory.crossings.near > 0;
@@ -145,8 +151,7 @@ static const char *advise_fixed(const kt_simulation *simulation, char *advice) {
 kt_status kt_simulation_fail(const kt_simulation *simulation, const kt_error *from, kt_error *error) {
     const kt_error *what = simulation->cause.code != KT_OK ? &simulation->cause : from;
     char advice[ADVICE];
-    const bool dated = what == from && contains_time(from->where); /* an event with its name and time */
-    const kt_where_text where = dated ? kt_where_format("%s", from->where) : cause_with_time(simulation);
+    const kt_where_text where = place_of_failure(simulation, from);
     if (may_have_leapt(simulation) && kt_simulation_is_recoverable(what->code))
         return kt_error_set(error, what->code, where.text, "%s (the step is fixed at %g s: %s)", what->message,
                             simulation->step, advise_fixed(simulation, advice));
@@ -280,7 +285,7 @@ static kt_status fail_step(kt_simulation *simulation, const kt_error *from, kt_e
     double left;
     if (cause->code == KT_OK && from->code == KT_ERROR_STEP && is_next_to_dead_point(simulation, &left))
         return reject_dead_point(simulation, left, error);
-    kt_where_text where = cause_with_time(simulation);
+    kt_where_text where = place_of_failure(simulation, from);
     if (cause->code != KT_OK && from->code == KT_ERROR_STEP) {
         const kt_integrator *integrator = simulation->integrator;
         const bool same = kt_integrator_blamed(integrator) >= integrator->sizes.n; /* no estimate of errors failed */
